@@ -1,0 +1,21 @@
+# Every third-party package in one place. Debian 12 names are in .ci/packages.txt.
+list(APPEND CMAKE_MODULE_PATH /usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB)
+
+find_package(Threads REQUIRED)
+find_package(TBB CONFIG REQUIRED)
+find_package(OpenEXR CONFIG REQUIRED)
+find_package(OpenVDB MODULE REQUIRED)
+unset(BUILD_SHARED_LIBS) # FindOpenVDB turns it on in the caller's scope
+find_package(draco CONFIG REQUIRED)
+find_package(Eigen3 3.4 CONFIG REQUIRED)
+find_package(CGAL CONFIG REQUIRED)
+include(CGAL_Eigen3_support)
+find_package(NLopt CONFIG REQUIRED)
+find_package(PNG REQUIRED)
+find_package(OpenSSL REQUIRED)
+find_package(nlohmann_json CONFIG REQUIRED)
+find_package(CLI11 CONFIG REQUIRED)
+find_package(fmt CONFIG REQUIRED)
+find_package(nanoflann CONFIG REQUIRED)
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(OSMESA REQUIRED IMPORTED_TARGET osmesa)
