@@ -125,9 +125,9 @@ TriangleMesh torus(int around, int across) {
 TriangleMesh sliver_mesh() {
   TriangleMesh mesh;
   mesh.positions = {{0, 0, 0},     {1, 0, 0},        {2, 0, 0}, {0, 1e-6f, 0}, {1, 1, 0},
-                    {2, 1e-4f, 0}, {1.5f, 1e-7f, 0}, {3, 0, 0}, {3, 0, 0}};
+                    {2, 1e-4f, 0}, {1.5f, 1e-7f, 0}, {3, 0, 0}, {3, 0, 0},     {0.5f, 0, 0}};
   mesh.triangles = {{0, 1, 3}, {1, 4, 3}, {1, 2, 6}, {1, 6, 4}, {6, 2, 5},
-                    {6, 5, 4}, {2, 7, 5}, {7, 8, 5}, {0, 1, 2}};
+                    {6, 5, 4}, {2, 7, 5}, {7, 8, 5}, {1, 0, 9}};
   return mesh;
 }
 

@@ -8,7 +8,7 @@
 namespace phiz::test {
 
 /// Small meshes with known properties; positions and triangles only. Triangles are counter-clockwise seen
-/// from outside (from +z for flat ones).
+/// from outside (from +z for flat ones), every edge has at most two triangles, directed edges are unique.
 
 TriangleMesh single_triangle();     ///< one right triangle in z = 0
 TriangleMesh tetrahedron();         ///< regular, vertices on the unit sphere
