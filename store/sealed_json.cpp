@@ -1,0 +1,41 @@
+#include "store/sealed_json.h"
+
+#include <nlohmann/json.hpp>
+
+#include "store/digest.h"
+#include "store/error.h"
+
+namespace phiz {
+namespace {
+
+constexpr std::string_view kBeforeSeal = ",\n \"seal\": \"";
+constexpr std::string_view kAfterSeal = "\"\n}\n";
+constexpr std::size_t kHexDigits = 64;
+
+}  // namespace
+
+std::string seal_json(const nlohmann::json& object) {
+  std::string text = object.dump(1, ' ', false, nlohmann::json::error_handler_t::replace);
+  text.resize(text.size() - 2);  // "\n}"
+  const std::string seal = compute_digest(text).hex();
+  return text.append(kBeforeSeal).append(seal).append(kAfterSeal);
+}
+
+nlohmann::json unseal_json(std::string_view text, const std::string& what) {
+  constexpr std::size_t kTail = kBeforeSeal.size() + kHexDigits + kAfterSeal.size();
+  if (text.size() < kTail || !text.ends_with(kAfterSeal)) {
+    throw StoreError(StoreFault::kDamaged, what + ": cut short, its seal is missing");
+  }
+  const std::string_view body = text.substr(0, text.size() - kTail);
+  const std::string_view tail = text.substr(body.size());
+  const std::string_view seal = tail.substr(kBeforeSeal.size(), kHexDigits);
+  if (!tail.starts_with(kBeforeSeal) || compute_digest(body).hex() != seal) {
+    throw StoreError(StoreFault::kDamaged, what + ": its bytes do not match its seal");
+  }
+  nlohmann::json object = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
+  if (!object.is_object()) throw StoreError(StoreFault::kDamaged, what + ": not a JSON object");
+  object.erase("seal");
+  return object;
+}
+
+}  // namespace phiz

@@ -1,0 +1,125 @@
+#include "store/verify.h"
+
+#include <map>
+
+#include "store/error.h"
+
+namespace phiz {
+namespace {
+
+constexpr std::uint64_t kMaxJsonBytes = 16 << 20;
+
+class Verifier {
+ public:
+  Verifier(const Store& store, const std::function<void(std::uint64_t)>& progress)
+      : store_(store), progress_(progress) {}
+
+  VerifyReport run() {
+    for (const Digest& key : store_.list_results()) check_result(key);
+    for (const Digest& digest : store_.list_objects()) check_object(digest);
+    for (const std::string& name : store_.list_subjects()) check_subject(name);
+    check_outputs();
+    return std::move(report_);
+  }
+
+ private:
+  struct Use {
+    std::string result;
+    OutputObject output;
+  };
+
+  void add_bytes(std::uint64_t bytes) {
+    report_.bytes += bytes;
+    if (progress_) progress_(report_.bytes);
+  }
+
+  StoreDamage& add_damage(std::string what, std::string cause, const std::filesystem::path& file) {
+    StoreDamage damage{std::move(what), std::move(cause), {}, {}};
+    if (!file.empty()) damage.set_aside_to = store_.set_aside(file);
+    return report_.damages.emplace_back(std::move(damage));
+  }
+
+  void check_result(const Digest& key) {
+    const auto path = store_.layout().result(key);
+    ++report_.results;
+    try {
+      const std::string text = store_.files().read_file(path, kMaxJsonBytes);
+      add_bytes(text.size());
+      const Result result = parse_result(text, path.string());
+      if (result.key() != key) {
+        add_damage("result " + key.hex(), "its key text has another key", path);
+        return;
+      }
+      for (const auto& [name, output] : result.outputs) {
+        uses_[output.digest].push_back({result.stage() + " " + key.hex() + " " + name, output});
+      }
+    } catch (const StoreError& error) {
+      if (error.fault() == StoreFault::kMissing) return;  // removed meanwhile
+      add_damage("result " + key.hex(), error.what(), path);
+    }
+  }
+
+  void check_object(const Digest& digest) {
+    const auto path = store_.layout().object(digest);
+    ++report_.objects;
+    std::string cause;
+    try {
+      Sha256 hash;
+      store_.files().read_blocks(path, [&](std::span<const std::byte> block) {
+        hash.update(block);
+        add_bytes(block.size());
+      });
+      if (hash.finish() == digest) return;
+      cause = "its bytes are not what was written";
+    } catch (const StoreError& error) {
+      if (error.fault() == StoreFault::kMissing) return;
+      cause = error.what();
+    }
+    StoreDamage& damage = add_damage("object " + digest.hex(), cause, path);
+    for (const Use& use : uses_[digest]) damage.used_by.push_back(use.result);
+  }
+
+  void check_subject(const std::string& name) {
+    ++report_.subjects;
+    const auto path = store_.layout().subjects() / (name + ".json");
+    try {
+      const auto record = store_.find_subject(name);
+      if (!record || record->name == name) return;
+      add_damage("subject " + name, "it is the record of another subject", path);
+    } catch (const StoreError& error) {
+      if (error.fault() != StoreFault::kMissing) add_damage("subject " + name, error.what(), path);
+    }
+  }
+
+  void check_outputs() {
+    for (const auto& [digest, uses] : uses_) {
+      const auto size = store_.find_object_size(digest);
+      for (const Use& use : uses) {
+        if (size == use.output.size_bytes || was_set_aside(digest)) continue;
+        StoreDamage& damage =
+            add_damage("object " + digest.hex(), size ? "it has another length" : "it is missing", {});
+        damage.used_by.push_back(use.result);
+      }
+    }
+  }
+
+  bool was_set_aside(const Digest& digest) const {
+    for (const StoreDamage& damage : report_.damages) {
+      if (damage.what == "object " + digest.hex()) return true;
+    }
+    return false;
+  }
+
+  const Store& store_;
+  const std::function<void(std::uint64_t)>& progress_;
+  VerifyReport report_;
+  std::map<Digest, std::vector<Use>> uses_;
+};
+
+}  // namespace
+
+VerifyReport verify_store(const Store& store, const std::function<void(std::uint64_t)>& progress) {
+  return Verifier(store, progress).run();
+}
+
+}  // namespace phiz
