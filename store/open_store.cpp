@@ -62,6 +62,7 @@ Store Store::open_or_create(FileSystem& files, const std::filesystem::path& root
                                layout.leases(), layout.logs()}) {
       files.make_folder(folder);
     }
+    files.sync_folder(root);  // the marker must not survive what it vouches for
     const std::string marker = seal_json({{"format_version", kFormatVersion}, {"created_by", "phiz"}});
     DurableWriter writer(files);
     writer.add(layout.marker(), std::as_bytes(std::span(marker)), FileSystem::Mode::kWritable);

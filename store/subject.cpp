@@ -93,8 +93,8 @@ std::string make_subject_name(std::string_view stem) {
   std::string name(stem.substr(0, 80));
   std::replace_if(
       name.begin(), name.end(), [](char c) { return !is_name_character(c); }, '_');
-  if (name.empty() || !is_alphanumeric(name[0])) name.insert(name.begin(), '_');
-  return name + "-" + compute_digest(stem).hex().substr(0, 8);
+  const char* prefix = name.empty() || !is_alphanumeric(name[0]) ? "_" : "";
+  return prefix + name + "-" + compute_digest(stem).hex().substr(0, 8);
 }
 
 }  // namespace phiz
