@@ -25,7 +25,7 @@ ScanFile read_stl_ascii(std::span<const std::byte> bytes, const ScanLimits& limi
 /// OFF with C, N and ST in front, as text.
 ScanFile read_off(std::span<const std::byte> bytes, const ScanLimits& limits);
 
-/// Columns of numbers: names from a header line, else by count (see text.cpp).
+/// Columns of numbers: names from a header line, else by count (see columns.cpp).
 ScanFile read_text(std::span<const std::byte> bytes, const ScanLimits& limits);
 
 /// All triangle and point primitives of the scene, node transforms applied.
