@@ -1,6 +1,6 @@
 #include "stages/align/point_silhouette.h"
 
-#include <algorithm>
+#include <utility>
 
 #include "stages/geometry/error.h"
 
@@ -9,26 +9,25 @@ namespace {
 
 constexpr double kPinholeShare = 0.001;
 
-double find_share_of_view(Silhouette silhouette) {
-  const std::int64_t side = silhouette.width() / 32;
-  const std::int64_t covered = std::max<std::int64_t>(count_pixels(silhouette), 1);
-  return static_cast<double>(fill_enclosed_holes(silhouette, side * side)) / static_cast<double>(covered);
+// a and not b.
+std::int64_t count_missing(const Silhouette& a, const Silhouette& b) {
+  return count_xor(a, b, a);
 }
 
-double find_pinhole_share(std::span<const Silhouette> views) {
-  double worst = 0;
-  for (const Silhouette& view : views) worst = std::max(worst, find_share_of_view(view));
-  return worst;
-}
-
-PointSize grow_until_closed(std::span<Silhouette> views, int max_size) {
-  PointSize best{1, find_pinhole_share(views)};
-  for (int pixels = 3; pixels <= max_size && best.pinhole_share >= kPinholeShare; pixels += 2) {
-    for (Silhouette& view : views) grow(view, 1);
-    const double share = find_pinhole_share(views);
-    if (share < best.pinhole_share) best = {pixels, share};
+PointSize find_size(Silhouette drawn) {
+  if (count_pixels(drawn) == 0) return {};
+  const int reach = drawn.width() / 64;
+  Silhouette interior = drawn;
+  grow(interior, reach);
+  grow(interior, -2 * reach);
+  const auto whole = static_cast<double>(count_pixels(interior));
+  if (whole == 0) return {2 * reach + 1, 0};
+  PointSize size{1, static_cast<double>(count_missing(interior, drawn)) / whole};
+  while (size.pinhole_share >= kPinholeShare) {
+    grow(drawn, 1);
+    size = {size.pixels + 2, static_cast<double>(count_missing(interior, drawn)) / whole};
   }
-  return best;
+  return size;
 }
 
 }  // namespace
@@ -53,18 +52,22 @@ void rasterise_points(std::span<const Eigen::Vector3f> positions, const AffineMa
 }
 
 PointSize find_point_size(std::span<const Eigen::Vector3f> positions, const AffineMatrix& frame_from_model,
-                          ViewAxis axis, const SilhouetteFrame& frame, int max_size) {
-  std::array<Silhouette, 1> view;
-  rasterise_points(positions, frame_from_model, axis, frame, {}, view[0]);
-  return grow_until_closed(view, max_size);
+                          ViewAxis axis, const SilhouetteFrame& frame) {
+  Silhouette drawn;
+  rasterise_points(positions, frame_from_model, axis, frame, {}, drawn);
+  return find_size(std::move(drawn));
 }
 
 PointSize find_point_size(std::span<const Eigen::Vector3f> positions, const AffineMatrix& frame_from_model,
-                          const SilhouetteFrame& frame, int max_size) {
-  std::array<Silhouette, 3> views;
-  for (std::size_t k = 0; k < views.size(); ++k)
-    rasterise_points(positions, frame_from_model, kViewAxes[k], frame, {}, views[k]);
-  return grow_until_closed(views, max_size);
+                          const SilhouetteFrame& frame) {
+  PointSize largest;
+  for (const ViewAxis axis : kViewAxes) {
+    const PointSize size = find_point_size(positions, frame_from_model, axis, frame);
+    if (size.pixels > largest.pixels ||
+        (size.pixels == largest.pixels && size.pinhole_share > largest.pinhole_share))
+      largest = size;
+  }
+  return largest;
 }
 
 }  // namespace phiz

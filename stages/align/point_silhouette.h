@@ -22,17 +22,18 @@ void rasterise_points(std::span<const Eigen::Vector3f> positions, const AffineMa
 
 struct PointSize {
   int pixels = 1;
-  double pinhole_share = 0;  ///< of the covered pixels, at this size; the worst of the views
+  double pinhole_share =
+      0;  ///< of the interior, what is still uncovered at this size; the worst of the views
 };
 
-/// The smallest odd size up to max_size at which the silhouettes have no pinholes, that is, filling every
-/// enclosed hole of at most (frame.size / 32)^2 pixels changes less than 0.1 % of the covered pixels. Larger
-/// holes are taken for true ones. Where no size will do (outliers close loops with the outline as they grow),
-/// the one with the smallest share. The points are drawn once, larger sizes grow from there. For one view, or
-/// one size for all three.
+/// The smallest odd size without pinholes. With R = frame.size / 64 pixels, the interior is what remains of
+/// the points' pixels grown by R and then shrunk by 2 R: gaps up to 2 R wide are closed, true holes stay
+/// open, the outline and scattered outliers are left out. A size has no pinholes if its squares leave less
+/// than 0.1 % of the interior uncovered; 2 R + 1 always has none, and is the answer where the points are too
+/// sparse to have an interior. For one view, or one size for all three.
 PointSize find_point_size(std::span<const Eigen::Vector3f> positions, const AffineMatrix& frame_from_model,
-                          ViewAxis axis, const SilhouetteFrame& frame, int max_size = 15);
+                          ViewAxis axis, const SilhouetteFrame& frame);
 PointSize find_point_size(std::span<const Eigen::Vector3f> positions, const AffineMatrix& frame_from_model,
-                          const SilhouetteFrame& frame, int max_size = 15);
+                          const SilhouetteFrame& frame);
 
 }  // namespace phiz
