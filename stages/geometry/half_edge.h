@@ -7,12 +7,14 @@
 
 namespace phiz {
 
-/// Half-edge connectivity of an oriented 2-manifold of triangles, with or without border. Half-edge 3 t + i runs from
-/// corner i to corner i+1 of triangle t; faces are implicit. Immutable. O(F) memory: 4 ints a half-edge.
+/// Half-edge connectivity of an oriented 2-manifold of triangles, with or without border. Half-edge 3 t + i
+/// runs from corner i to corner i+1 of triangle t; faces are implicit. Immutable. O(F) memory: 4 ints a
+/// half-edge.
 class HalfEdgeMesh {
  public:
-  /// Throws InvalidInput, naming the first offender, if an edge has more than two triangles, two triangles disagree in
-  /// orientation, a vertex is not a single fan, or an index is out of range. Isolated vertices are allowed.
+  /// Throws InvalidInput, naming the first offender, if an edge has more than two triangles, two triangles
+  /// disagree in orientation, a vertex is not a single fan, a triangle names a vertex twice, or an index is
+  /// out of range. Isolated vertices are allowed. O(F).
   HalfEdgeMesh(std::span<const Eigen::Vector3i> triangles, int vertex_count);
 
   static constexpr int kNone = -1;
@@ -29,10 +31,11 @@ class HalfEdgeMesh {
   int triangle(int h) const { return h / 3; }
   int edge(int h) const { return edge_[h]; }  ///< dense index; numbered in the order of their first half-edge
 
-  /// An outgoing half-edge; for a border vertex the one from which counter-clockwise turning visits the whole fan
-  /// (its clockwise neighbour is the border). kNone for an isolated vertex.
+  /// An outgoing half-edge; for a border vertex the one from which counter-clockwise turning visits the whole
+  /// fan (its clockwise neighbour is the border). kNone for an isolated vertex.
   int outgoing(int v) const { return outgoing_[v]; }
-  /// Counter-clockwise neighbour among the outgoing half-edges of from(h): twin(prev(h)); kNone at the border.
+  /// Counter-clockwise neighbour among the outgoing half-edges of from(h): twin(prev(h)); kNone at the
+  /// border.
   int rotate(int h) const { return twin_[prev(h)]; }
   bool is_border_vertex(int v) const { return border_[v]; }
   bool is_border_edge(int h) const { return twin_[h] == kNone; }

@@ -8,7 +8,8 @@
 namespace phiz {
 
 /// k-d tree over points (nanoflann). Ties in distance go to the smaller index, so answers are deterministic.
-/// Build O(N log N); the points must outlive the index. Queries are const and thread-safe.
+/// Build O(N log N), 16 bytes a point besides the tree; points are copied. Throws InvalidInput if one is not
+/// finite. A query that is not finite finds nothing. Queries are const and thread-safe.
 class PointIndex {
  public:
   explicit PointIndex(std::span<const Eigen::Vector3f> points);
