@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "stages/template/layout.h"
+
+namespace phiz {
+
+/// Triangles over points of the half square, with what is known of its edges and vertices.
+struct HalfMesh {
+  struct Vertex {
+    Eigen::Vector2d uv = Eigen::Vector2d::Zero();
+    bool held = false;  ///< stays where it is
+    bool on_mirror() const { return uv[0] == 0.5; }
+    bool on_neck() const { return uv[0] == 0 || uv[1] == 0 || uv[1] == 1; }
+  };
+  std::vector<Vertex> vertices;
+  std::vector<Eigen::Vector3i> triangles;          ///< counter-clockwise in (u,v)
+  std::map<std::pair<int, int>, int> curve_edges;  ///< (smaller, larger vertex) -> index in Layout::curves
+};
+
+/// Constrained Delaunay triangulation (CGAL) of a layout's points with its curves and the half square's border as
+/// constraints. Throws InvalidInput, with the names: curves that cross, a curve through a point that is not its
+/// own, corners of the square without a point.
+HalfMesh triangulate_layout(const Layout& layout);
+
+}  // namespace phiz
