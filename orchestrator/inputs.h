@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "store/digest.h"
+#include "store/file_system.h"
+
+namespace phiz {
+
+/// A scan as the user named it, and what its bytes are.
+struct ScanInput {
+  std::filesystem::path path;  ///< as given
+  std::string extension;       ///< ".ply", lower case
+  Digest digest;
+  std::uint64_t size_bytes = 0;
+};
+
+/// Reads the file once, in blocks. Throws FormatError that names the path: missing, a folder, no permission,
+/// empty.
+ScanInput hash_scan(FileSystem& files, const std::filesystem::path& path);
+
+/// The bytes that were hashed. Throws FormatError if the file has changed since.
+std::string read_scan(FileSystem& files, const ScanInput& scan);
+
+/// The two files of a generic head.
+struct TemplateFiles {
+  std::filesystem::path mesh_path, annotations_path;
+  std::string mesh, annotations;  ///< bytes of the .obj and of the .json
+  Digest mesh_digest, annotations_digest;
+  Digest digest;  ///< of both, mesh first: what names this generic head
+};
+
+/// `path` is the .obj, the .json beside it, or a folder with head.obj and head.json. Throws FormatError.
+TemplateFiles load_template(FileSystem& files, const std::filesystem::path& path);
+
+}  // namespace phiz

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "orchestrator/pipeline.h"
+#include "store/store.h"
+
+namespace phiz {
+
+/// Where one subject stands at one stage.
+struct StageState {
+  enum class Status {
+    kNone,     ///< never computed
+    kDone,     ///< the result is there, and made from the current results of earlier stages
+    kStale,    ///< there, but earlier results have changed since
+    kMissing,  ///< it was computed, but its result or an output is gone
+  };
+  std::string stage;
+  Status status = Status::kNone;
+  std::optional<Result> result;  ///< where there is one
+};
+
+const char* name_of(StageState::Status status);
+
+/// One entry a stage, in the pipeline's order. Reads records only, hashes nothing.
+std::vector<StageState> compute_subject_state(const Store& store, const Pipeline& pipeline,
+                                              const SubjectRecord& record);
+
+}  // namespace phiz
