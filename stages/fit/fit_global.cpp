@@ -1,0 +1,224 @@
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "stages/fit/deformation_system.h"
+#include "stages/fit/fit.h"
+#include "stages/geometry/error.h"
+#include "stages/geometry/half_edge.h"
+#include "stages/geometry/normals.h"
+#include "stages/geometry/parallel.h"
+
+namespace phiz {
+namespace {
+
+using Positions = DeformationSystem::Positions;
+
+Positions to_matrix(const ControlPositions& positions) {
+  Positions x(positions.size(), 3);
+  for (std::size_t i = 0; i < positions.size(); ++i) x.row(i) = positions[i].transpose();
+  return x;
+}
+
+std::vector<Eigen::Vector3d> to_vector(const Positions& x) {
+  std::vector<Eigen::Vector3d> positions(x.rows());
+  for (Eigen::Index i = 0; i < x.rows(); ++i) positions[i] = x.row(i).transpose();
+  return positions;
+}
+
+struct RoundSettings {
+  double smooth, normal_weight_mm, reach_mm;
+  int level;
+};
+
+RoundSettings settings_of(const GlobalFitOptions& o, int round) {
+  const double t = o.rounds > 1 ? double(round) / (o.rounds - 1) : 1.0;
+  const auto between = [t](double first, double last) { return first * std::pow(last / first, t); };
+  return {between(o.smooth_weight_first, o.smooth_weight_last),
+          between(o.normal_weight_mm_first, o.normal_weight_mm_last), between(o.reach_mm_first, o.reach_mm_last),
+          round + 2 >= o.rounds ? 2 : 1};
+}
+
+class GlobalFit {
+ public:
+  GlobalFit(const ScanSurface& scan, const ControlMesh& head, const SubdivisionHierarchy& hierarchy,
+            const ControlPositions& start, const GlobalFitOptions& options)
+      : scan_(scan),
+        head_(head),
+        hierarchy_(hierarchy),
+        options_(options),
+        laplacian_(normalised_laplacian(head.triangles, start)),
+        rest_(to_matrix(start)),
+        rest_bend_(laplacian_ * rest_),
+        rings_(head.positions.size()) {
+    for (int level : {1, 2}) {
+      samples_[level - 1] = compose_stencils(hierarchy, level);
+      measurable_[level - 1] = find_measurable(samples_[level - 1]);
+    }
+    for (const auto& t : head.triangles)
+      for (int i = 0; i < 3; ++i) {
+        rings_[t[i]].insert(t[(i + 1) % 3]);
+        rings_[t[i]].insert(t[(i + 2) % 3]);
+      }
+    systems_[0] = std::make_unique<DeformationSystem>(samples_[0], laplacian_);
+    systems_[1] = std::make_unique<DeformationSystem>(samples_[1], laplacian_);
+  }
+
+  /// One linearisation and solve. Returns the energy before the step under the new matches.
+  double step(Positions& x, const RoundSettings& s) {
+    DeformationSystem& system = *systems_[s.level - 1];
+    match(x, s, system);
+    add_smoothness(x, s, system);
+    add_constraints(s, system);
+    const double energy = system.energy(x);
+    system.solve(x, 1e-2, 40);
+    return energy;
+  }
+
+  double mean_distance_mm() const { return mean_distance_mm_; }
+  double matched_share() const { return matched_share_; }
+
+ private:
+  /// Samples that hang on constrained vertices (inner lips) are not measured.
+  std::vector<char> find_measurable(const StencilMatrix& samples) const {
+    std::vector<char> constrained(head_.positions.size(), 0);
+    for (const int v : head_.annotations.constrained_vertices) constrained[v] = 1;
+    std::vector<char> measurable(samples.rows(), 1);
+    for (Eigen::Index r = 0; r < samples.rows(); ++r) {
+      double share = 0;
+      for (StencilMatrix::InnerIterator it(samples, r); it; ++it) share += constrained[it.col()] * it.value();
+      measurable[r] = share < 0.3;
+    }
+    return measurable;
+  }
+
+  void match(const Positions& x, const RoundSettings& s, DeformationSystem& system) {
+    const Positions at = samples_[s.level - 1] * x;
+    const auto positions = to_vector(at);
+    const auto normals = compute_vertex_normals(positions, hierarchy_.triangles(s.level));
+    const auto& measurable = measurable_[s.level - 1];
+    system.sample_terms.assign(positions.size(), {});
+    // A level has four times the samples of the one before: the weight of the data as a whole stays.
+    const double unit = s.level == 1 ? 1.0 : 0.25;
+    std::vector<double> distances(positions.size(), -1);
+    parallel_for(positions.size(), 256, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        if (!measurable[i]) continue;
+        const auto match = scan_.find_match(positions[i].cast<float>(), normals[i].cast<float>(),
+                                            static_cast<float>(s.normal_weight_mm), static_cast<float>(s.reach_mm));
+        if (match.surfel_idx < 0) continue;
+        const Surfel& surfel = scan_.surfels()[match.surfel_idx];
+        if (surfel.border > 0.8f && match.distance > 1.5f) continue;
+        SampleTerm& t = system.sample_terms[i];
+        t.target = surfel.position.cast<double>();
+        t.normal = (surfel.normal.cast<double>() + normals[i]).normalized();
+        const double along = t.normal.dot(positions[i] - t.target);
+        const double relative = along / (0.35 * s.reach_mm);
+        const double robust = 1.0 / std::pow(1.0 + relative * relative, 2);
+        const double alike = std::max(0.0, double(surfel.normal.dot(normals[i].cast<float>())));
+        t.weight = unit * robust * alike * alike * (0.1 + surfel.confidence);
+        t.point_weight = options_.slide_weight * t.weight * (1 - surfel.border);
+        distances[i] = std::abs(along);
+      }
+    });
+    double sum = 0, measured = 0;
+    int matched = 0;
+    for (std::size_t i = 0; i < distances.size(); ++i) {
+      measured += measurable[i];
+      if (distances[i] >= 0) sum += distances[i], ++matched;
+    }
+    mean_distance_mm_ = matched ? sum / matched : 0;
+    matched_share_ = measured > 0 ? matched / measured : 0;
+  }
+
+  /// E_smooth: the bending of the start, turned and scaled with its surroundings, is kept.
+  void add_smoothness(const Positions& x, const RoundSettings& s, DeformationSystem& system) const {
+    system.smooth_weights = Eigen::VectorXd::Constant(x.rows(), s.smooth);
+    for (const int v : head_.annotations.constrained_vertices)
+      system.smooth_weights[v] += options_.constraint_weight;
+    system.delta.resize(x.rows(), 3);
+    parallel_for(x.rows(), 64, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t v = begin; v < end; ++v)
+        system.delta.row(v) = (local_turn(x, static_cast<int>(v)) * rest_bend_.row(v).transpose()).transpose();
+    });
+  }
+
+  /// Similarity that takes the start's neighbourhood (two rings) of v to where it is now.
+  Eigen::Matrix3d local_turn(const Positions& x, int v) const {
+    Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+    double size = 0;
+    for (const int a : rings_[v]) {
+      for (const int b : rings_[a]) {
+        const Eigen::Vector3d before = (rest_.row(b) - rest_.row(v)).transpose();
+        moments += (x.row(b) - x.row(v)).transpose() * before.transpose();
+        size += before.squaredNorm();
+      }
+    }
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(moments, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Eigen::Vector3d signs(1, 1, svd.matrixU().determinant() * svd.matrixV().determinant() < 0 ? -1 : 1);
+    const double scale = std::clamp(svd.singularValues().dot(signs) / std::max(size, 1e-12), 0.5, 2.0);
+    return scale * svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  }
+
+  void add_constraints(const RoundSettings& s, DeformationSystem& system) const {
+    system.pair_terms.clear();
+    for (const auto& [a, b] : head_.annotations.binding_edges)
+      system.pair_terms.push_back({a, b, (rest_.row(a) - rest_.row(b)).transpose(),
+                                   options_.binding_weight * std::min(1.0, s.smooth + 0.05)});
+    system.plane_terms.clear();
+    if (!options_.neck) return;
+    const HalfEdgeMesh mesh(head_.triangles, static_cast<int>(head_.positions.size()));
+    for (const auto& loop : mesh.border_loops())
+      for (const int v : loop)
+        system.plane_terms.push_back({v, options_.neck->normal, options_.neck->offset_mm, 1.0});
+  }
+
+  const ScanSurface& scan_;
+  const ControlMesh& head_;
+  const SubdivisionHierarchy& hierarchy_;
+  const GlobalFitOptions& options_;
+  StencilMatrix laplacian_;
+  Positions rest_, rest_bend_;
+  std::vector<std::set<int>> rings_;
+  StencilMatrix samples_[2];
+  std::vector<char> measurable_[2];
+  std::unique_ptr<DeformationSystem> systems_[2];
+  double mean_distance_mm_ = 0, matched_share_ = 0;
+};
+
+}  // namespace
+
+GlobalFitResult fit_global(const ScanSurface& scan, const ControlMesh& generic_head,
+                           const SubdivisionHierarchy& hierarchy, const ControlPositions& start,
+                           const GlobalFitOptions& options, const GlobalFitState* resume,
+                           const GlobalFitProgress& progress) {
+  CONTRACT(start.size() == generic_head.positions.size() && hierarchy.level_count() >= 2);
+  GlobalFit fit(scan, generic_head, hierarchy, start, options);
+  GlobalFitState state;
+  if (resume) {
+    state = *resume;
+  } else {
+    state.positions = start;
+  }
+  Positions x = to_matrix(state.positions);
+  for (; state.round < options.rounds; ++state.round, state.iteration = 0) {
+    const RoundSettings settings = settings_of(options, state.round);
+    while (state.iteration < options.iterations_per_round) {
+      const double energy = fit.step(x, settings);
+      const bool first = state.iteration == 0;
+      const double before = state.energies.empty() ? 0 : state.energies.back();
+      state.energies.push_back(energy);
+      state.positions = to_vector(x);
+      ++state.iteration;
+      const bool settled = !first && std::abs(before - energy) < options.tolerance * std::abs(before);
+      if (settled) state.iteration = options.iterations_per_round;
+      if (progress && !progress(state)) break;
+    }
+  }
+  if (!x.allFinite()) throw NumericalFailure("the global fit diverged");
+  return {to_vector(x), state.energies, fit.mean_distance_mm(), fit.matched_share()};
+}
+
+}  // namespace phiz
