@@ -66,9 +66,10 @@ std::string finish_mesh(draco::ExpertEncoder& encoder) {
 class StreamHead {
  public:
   StreamHead(std::string_view bytes, std::uint8_t kind) : bytes_(bytes) {
-    const bool ours = bytes.size() >= 11 && bytes.starts_with("DRACO\2\2") && byte_at(7) == kind &&
-                      byte_at(8) == 0 && byte_at(9) == 0 && byte_at(10) == 0;
-    if (!ours) throw FormatError("is no sequential Draco 2.2 stream");
+    const bool ours = bytes.size() >= 11 &&
+                      bytes.starts_with(kind == draco::POINT_CLOUD ? "DRACO\2\3" : "DRACO\2\2") &&
+                      byte_at(7) == kind && byte_at(8) == 0 && byte_at(9) == 0 && byte_at(10) == 0;
+    if (!ours) throw FormatError("is no sequential Draco stream of version 2.2 (mesh) or 2.3 (points)");
   }
   std::uint64_t take_varint() {
     std::uint64_t value = 0;
