@@ -13,17 +13,17 @@ namespace {
 
 using Rgb = std::array<std::uint8_t, 3>;
 
-// viridis (van der Walt and Smith, released as CC0), every ninth of its length.
-constexpr std::array<Rgb, 10> kSequential = {{{68, 1, 84},
-                                              {72, 40, 120},
-                                              {62, 74, 137},
-                                              {49, 104, 142},
-                                              {38, 130, 142},
-                                              {31, 158, 137},
-                                              {53, 183, 121},
-                                              {110, 206, 88},
-                                              {181, 222, 43},
-                                              {253, 231, 37}}};
+// Pale to dark through orange and red: lightness falls evenly from 0.955 to 0.27 in Oklab (Ottosson 2020).
+// Pale at the low end, so that the shape stays readable where there is little to show.
+constexpr std::array<Rgb, 9> kSequential = {{{243, 241, 226},
+                                             {229, 211, 163},
+                                             {220, 178, 100},
+                                             {215, 138, 32},
+                                             {206, 96, 0},
+                                             {187, 52, 20},
+                                             {150, 26, 55},
+                                             {106, 18, 64},
+                                             {63, 16, 55}}};
 // Diverging after Moreland, Diverging Color Maps for Scientific Visualization (2009).
 constexpr std::array<Rgb, 5> kDiverging = {
     {{59, 76, 192}, {141, 176, 254}, {221, 221, 221}, {244, 152, 122}, {180, 4, 38}}};
@@ -69,32 +69,39 @@ Eigen::Vector3f evaluate_colour_map(ColourMap map, float t) {
   return mixed.cwiseAbs2();
 }
 
-void draw_legend(Image& image, const HeatMap& heat) {
-  constexpr int kNumbers = 5, kScale = 2;
-  const int bar_width = std::max(8, image.width / 40);
-  const int bar_height = image.height / 2;
-  const float range = heat.high - heat.low;
+Image append_legend(const Image& picture, const HeatMap& heat, const Rgb& background) {
+  constexpr int kNumbers = 5, kGap = 10, kTick = 5;
+  const int scale = picture.height >= 300 ? 2 : 1;
+  const int bar_width = std::max(8, picture.height / 40), bar_height = std::max(picture.height / 2, kNumbers);
+  const int glyph_height = kGlyphHeight * scale;
   std::array<std::string, kNumbers> numbers;
-  int text_width = 0;
+  int content_width = compute_text_width(heat.caption, scale);
   for (int k = 0; k < kNumbers; ++k) {
+    const float range = heat.high - heat.low;
     numbers[k] = format_number(heat.low + range * static_cast<float>(k) / (kNumbers - 1), std::abs(range));
-    text_width = std::max(text_width, compute_text_width(numbers[k], kScale));
+    content_width = std::max(content_width, bar_width + 2 * kTick + compute_text_width(numbers[k], scale));
   }
-  const int right = image.width - 10;
-  const int left = right - text_width - 6 - bar_width;
-  const int top = (image.height - bar_height) / 2;
+  Image image;
+  image.width = picture.width + content_width + 2 * kGap;
+  image.height = picture.height;
+  image.pixels.assign(static_cast<std::size_t>(image.width) * image.height, background);
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x) image.at(x, y) = picture.at(x, y);
+
+  const int left = picture.width + kGap, top = (image.height - bar_height) / 2;
   for (int y = 0; y < bar_height; ++y) {
     const float t = 1.0f - (static_cast<float>(y) + 0.5f) / static_cast<float>(bar_height);
     const Rgb colour = encode(evaluate_colour_map(heat.map, t));
-    for (int x = std::max(left, 0); x < left + bar_width; ++x) image.at(x, top + y) = colour;
+    for (int x = left; x < left + bar_width; ++x) image.at(x, top + y) = colour;
   }
+  const TextStyle style = {.scale = scale};
   for (int k = 0; k < kNumbers; ++k) {
     const int y = top + bar_height - 1 - (bar_height - 1) * k / (kNumbers - 1);
-    for (int x = left + bar_width; x < left + bar_width + 4; ++x) image.at(x, y) = {90, 90, 90};
-    draw_text(image, left + bar_width + 6, y - kGlyphHeight * kScale / 2, numbers[k], {});
+    for (int x = left + bar_width; x < left + bar_width + kTick; ++x) image.at(x, y) = style.colour;
+    draw_text(image, left + bar_width + 2 * kTick, y - glyph_height / 2, numbers[k], style);
   }
-  const int caption_width = compute_text_width(heat.caption, kScale);
-  draw_text(image, std::max(4, right - caption_width), top - kGlyphHeight * kScale - 14, heat.caption, {});
+  draw_text(image, left, top - 2 * glyph_height - 4, heat.caption, style);
+  return image;
 }
 
 }  // namespace phiz

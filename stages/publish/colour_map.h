@@ -9,7 +9,7 @@ namespace phiz {
 /// Linear-light colour (square of the encoded one) at t in [0,1], clamped; NaN is grey.
 Eigen::Vector3f evaluate_colour_map(ColourMap map, float t);
 
-/// Draws the bar with five numbers and the caption into the right edge of the picture.
-void draw_legend(Image& image, const HeatMap& heat);
+/// The picture with a strip on its right that holds the caption, the bar and five numbers.
+Image append_legend(const Image& picture, const HeatMap& heat, const std::array<std::uint8_t, 3>& background);
 
 }  // namespace phiz

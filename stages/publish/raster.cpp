@@ -68,10 +68,10 @@ void SampleBand::reset(int width_samples, int first, int row_count) {
   owner.assign(static_cast<std::size_t>(width) * rows, kNothing);
 }
 
-void draw_triangle(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c,
-                   std::int32_t triangle_idx, SampleBand& band) {
-  std::array<FixedPoint2, 3> f = {snap(a), snap(b), snap(c)};
-  std::array<float, 3> z = {a.z(), b.z(), c.z()};
+void draw_triangle(const std::array<Eigen::Vector3f, 3>& corners, std::int32_t triangle_idx,
+                   SampleBand& band) {
+  std::array<FixedPoint2, 3> f = {snap(corners[0]), snap(corners[1]), snap(corners[2])};
+  std::array<float, 3> z = {corners[0].z(), corners[1].z(), corners[2].z()};
   const auto [left, right] = std::minmax({f[0].x, f[1].x, f[2].x});
   const auto [top, bottom] = std::minmax({f[0].y, f[1].y, f[2].y});
   const int x0 = std::max(first_sample(left), 0), x1 = std::min(last_sample(right), band.width - 1);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -22,8 +23,8 @@ struct SampleBand {
 /// Draws where the sample's centre is covered and nearer than what is there; of equal depths the first stays.
 /// Corners in samples (x right, y down, z nearer), |x| and |y| < kFarthest. Both windings are drawn.
 inline constexpr float kFarthest = 16'777'216.0f;
-void draw_triangle(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c,
-                   std::int32_t triangle_idx, SampleBand& band);
+void draw_triangle(const std::array<Eigen::Vector3f, 3>& corners, std::int32_t triangle_idx,
+                   SampleBand& band);
 /// Disc of constant depth.
 void draw_disc(const Eigen::Vector3f& centre, float radius, std::int32_t point_idx, SampleBand& band);
 

@@ -26,6 +26,7 @@ struct SineCosine {
 
 // By Taylor series on [-45, 45] degrees and symmetry: the same bits with every mathematical library.
 SineCosine compute_sine_cosine(double degrees) {
+  degrees = std::fmod(degrees, 360.0);
   const double quarters = std::nearbyint(degrees / 90.0);
   const double x = (degrees - 90.0 * quarters) * (3.14159265358979323846 / 180.0);
   const double xx = x * x;
@@ -81,6 +82,18 @@ Eigen::AlignedBox3f find_robust_box(std::span<const Eigen::Vector3f> positions) 
   return box;
 }
 
+// How far the positions within the box lie from its centre, to the right or left and up or down in the view.
+Eigen::Array2f find_reach(const Screen& screen, const Eigen::AlignedBox3f& box,
+                          std::span<const Eigen::Vector3f> positions) {
+  Eigen::Array2f reach = Eigen::Array2f::Zero();
+  for (const Eigen::Vector3f& p : positions) {
+    if (!box.contains(p)) continue;
+    const Eigen::Vector3f view = screen.rotation * (p - screen.centre_mm);
+    reach = reach.max(view.head<2>().array().abs());
+  }
+  return reach;
+}
+
 }  // namespace
 
 std::optional<Camera> find_camera(std::string_view name) {
@@ -95,14 +108,15 @@ Eigen::Vector3f Screen::project(const Eigen::Vector3f& position_mm) const {
           view.z()};
 }
 
-Screen make_screen(const ViewOptions& options, std::span<const Eigen::Vector3f> positions, bool robust) {
+Screen make_screen(const ViewOptions& options, std::span<const Eigen::Vector3f> positions,
+                   const ScreenStyle& style) {
   if (std::min(options.width, options.height) < 8 || std::max(options.width, options.height) > 8192)
     throw InvalidInput("picture of " + std::to_string(options.width) + " x " +
                        std::to_string(options.height) + " pixels: sizes must be 8 to 8192");
   if (!std::isfinite(options.camera.azimuth_deg) || !std::isfinite(options.camera.elevation_deg))
     throw InvalidInput("camera angle that is not a finite number");
   Eigen::AlignedBox3f box = options.frame_mm ? *options.frame_mm
-                            : robust         ? find_robust_box(positions)
+                            : style.robust   ? find_robust_box(positions)
                                              : find_box(positions);
   if (!options.frame_mm && box.isEmpty())  // nothing to see: any frame will do
     box = Eigen::AlignedBox3f(Eigen::Vector3f::Constant(-1), Eigen::Vector3f::Constant(1));
@@ -110,14 +124,19 @@ Screen make_screen(const ViewOptions& options, std::span<const Eigen::Vector3f> 
   Screen screen;
   screen.rotation = make_rotation(options.camera);
   screen.centre_mm = box.center();
-  screen.width = options.width * kSamples;
-  screen.height = options.height * kSamples;
+  screen.samples = style.samples;
+  screen.width = options.width * style.samples;
+  screen.height = options.height * style.samples;
   const Eigen::Vector3f half = box.sizes() * 0.5f;
-  const float across = std::max(half.x(), half.z());
   const auto [se, ce] = compute_sine_cosine(options.camera.elevation_deg);
-  const float upright =
-      static_cast<float>(std::abs(ce)) * half.y() + static_cast<float>(std::abs(se)) * across;
-  const float margin = options.frame_mm ? 1.0f : robust ? kRobustMargin : kMargin;
+  float across = std::max(half.x(), half.z());
+  float upright = static_cast<float>(std::abs(ce)) * half.y() + static_cast<float>(std::abs(se)) * across;
+  if (!options.frame_mm) {  // the corners of a box may reach further than its sides
+    const Eigen::Array2f reach = find_reach(screen, box, positions);
+    across = std::max(across, reach.x());
+    upright = std::max(upright, reach.y());
+  }
+  const float margin = options.frame_mm ? 1.0f : style.robust ? kRobustMargin : kMargin;
   const float smallest = 1e-6f;
   screen.samples_per_mm =
       0.5f * std::min(static_cast<float>(screen.width) / std::max(across * margin, smallest),

@@ -121,31 +121,40 @@ Eigen::Vector3f shade(const Eigen::Vector3f& albedo, const Eigen::Vector3f& norm
   return albedo * (diffuse + rim) + Eigen::Vector3f::Constant(highlight);
 }
 
-void light_by_relief(PixelLayer& layer, Light light, int radius) {
-  const float reach = 2.5f * static_cast<float>(radius);
-  parallel_for(
-      static_cast<std::size_t>(layer.height), kRowsPerChunk, [&](std::size_t begin, std::size_t end) {
-        for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
-          for (int x = 0; x < layer.width; ++x) {
-            const std::size_t i = static_cast<std::size_t>(y) * layer.width + x;
-            if (layer.coverage[i] == 0) continue;
-            const Eigen::Vector3f normal = fit_normal(layer, x, y, radius, reach);
-            layer.colour[i] = shade(layer.colour[i] / layer.coverage[i], normal, light) * layer.coverage[i];
-          }
-      });
+Eigen::Vector3f shade_measured(const Eigen::Vector3f& colour, const Eigen::Vector3f& normal, Light light) {
+  if (light == Light::kNone) return colour;
+  const float brightness = shade(Eigen::Vector3f::Ones(), normal, light).y();
+  return colour * (0.45f + 0.55f * std::min(brightness, 1.0f));
 }
 
-void darken_creases(PixelLayer& layer, float radius) {
-  const std::vector<Offset> offsets = make_spiral(radius);
+void light_by_relief(PixelLayer& layer, Light light, bool measured, int radius) {
+  const float reach = 2.5f * static_cast<float>(radius);
   parallel_for(static_cast<std::size_t>(layer.height), kRowsPerChunk,
                [&](std::size_t begin, std::size_t end) {
                  for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
                    for (int x = 0; x < layer.width; ++x) {
                      const std::size_t i = static_cast<std::size_t>(y) * layer.width + x;
                      if (layer.coverage[i] == 0) continue;
-                     layer.colour[i] *= 1.0f / (1.0f + 2.2f * find_occlusion(layer, x, y, offsets, radius));
+                     const Eigen::Vector3f normal = fit_normal(layer, x, y, radius, reach);
+                     const Eigen::Vector3f colour = layer.colour[i] / layer.coverage[i];
+                     layer.colour[i] =
+                         (measured ? shade_measured(colour, normal, light) : shade(colour, normal, light)) *
+                         layer.coverage[i];
                    }
                });
+}
+
+void darken_creases(PixelLayer& layer, float radius, float strength) {
+  const std::vector<Offset> offsets = make_spiral(radius);
+  parallel_for(
+      static_cast<std::size_t>(layer.height), kRowsPerChunk, [&](std::size_t begin, std::size_t end) {
+        for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
+          for (int x = 0; x < layer.width; ++x) {
+            const std::size_t i = static_cast<std::size_t>(y) * layer.width + x;
+            if (layer.coverage[i] == 0) continue;
+            layer.colour[i] *= 1.0f / (1.0f + strength * find_occlusion(layer, x, y, offsets, radius));
+          }
+      });
 }
 
 Image compose(const PixelLayer& layer, const std::array<std::uint8_t, 3>& background) {

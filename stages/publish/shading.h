@@ -22,12 +22,16 @@ Eigen::Vector3f decode_colour(const std::array<std::uint8_t, 3>& colour);  ///< 
 /// Light that a surface of this colour and view-space unit normal (z towards the viewer) sends to the viewer.
 Eigen::Vector3f shade(const Eigen::Vector3f& albedo, const Eigen::Vector3f& normal, Light light);
 
+/// The same for colours that carry a quantity: lightness varies little and no highlight is added, so that
+/// they can be compared with the legend.
+Eigen::Vector3f shade_measured(const Eigen::Vector3f& colour, const Eigen::Vector3f& normal, Light light);
+
 /// Lights a layer that holds plain colours by normals from planes fitted to its depth within `radius` pixels.
-void light_by_relief(PixelLayer& layer, Light light, int radius);
+void light_by_relief(PixelLayer& layer, Light light, bool measured, int radius);
 
 /// Darkens creases: each pixel by the share of its surroundings (within `radius` pixels) that stands in front
 /// of it.
-void darken_creases(PixelLayer& layer, float radius);
+void darken_creases(PixelLayer& layer, float radius, float strength);
 
 Image compose(const PixelLayer& layer, const std::array<std::uint8_t, 3>& background);
 

@@ -32,11 +32,12 @@ enum class Light {
 };
 
 enum class ColourMap {
-  kSequential,  ///< dark blue to yellow, even in lightness: distances
+  kSequential,  ///< pale to dark red, even in lightness: distances
   kDiverging,   ///< blue, white, red: signed quantities
 };
 
-/// One scalar per vertex or point, drawn in colour with a legend bar. NaN is grey: no data.
+/// One scalar per vertex or point, drawn in colour. NaN is grey: no data. A strip with the legend is added on
+/// the right of the picture, which is then wider than ViewOptions says.
 struct HeatMap {
   std::vector<float> values;
   float low = 0, high = 1;  ///< the ends of the legend; values beyond them take the end's colour
@@ -61,11 +62,11 @@ struct ViewOptions {
 };
 
 /// Pictures for people, drawn in software: the same input gives the same bytes on every machine and at any
-/// thread count. The scale is the same on both axes and does not change with the azimuth. Triangles seen from
-/// behind are tinted violet, so that holes and folds show. Normals are the mesh's own, or averaged by area
-/// where it has none. 3 x 3 samples a pixel. Vertices that are not finite are left out with their triangles.
-/// Throws InvalidInput on sizes out of range, on indices out of range, and where heat values do not match.
-/// 650,000 triangles at 600 x 700 take about 0.2 s on two cores.
+/// thread count. The scale is the same on both axes and, with a frame given, the same at every azimuth.
+/// Triangles seen from behind are tinted violet, so that holes and folds show. Normals are the mesh's own, or
+/// averaged by area where it has none. 3 x 3 samples a pixel. Vertices that are not finite are left out with
+/// their triangles. Throws InvalidInput on sizes out of range, on indices out of range, and where heat values
+/// do not match. 650,000 triangles at 600 x 700 take about 0.2 s on two cores.
 Image render_mesh(const TriangleMesh& mesh, const ViewOptions& options);
 
 /// The same for points, as discs facing the viewer. Shaded by the cloud's normals, or by the relief of the
