@@ -10,7 +10,7 @@ namespace phiz {
 /// Four boxes side by side, so that one pass of four-wide arithmetic tests them all. An absent child has an
 /// empty box (lower > upper) that nothing reaches.
 struct alignas(64) BoxNode {
-  std::array<std::array<float, 4>, 3> lower, upper;  ///< [axis][child]
+  std::array<Eigen::Array4f, 3> lower, upper;  ///< [axis][child]
   /// >= 0: index of a node. < 0: a leaf with ~child = first << 3 | count, a run of `order`.
   std::array<int, 4> child;
 };

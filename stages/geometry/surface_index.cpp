@@ -58,16 +58,15 @@ struct FloatQuery {
   Eigen::Vector3f lower, upper;
 };
 
-void squared_distances(const BoxNode& node, const FloatQuery& query, float (&out)[4]) {
-  for (int i = 0; i < 4; ++i) out[i] = 0;
-  for (int axis = 0; axis < 3; ++axis)
-    for (int i = 0; i < 4; ++i) {
-      const float below = node.lower[axis][i] - query.upper[axis];
-      const float above = query.lower[axis] - node.upper[axis][i];
-      float outside = below > above ? below : above;
-      outside = outside > 0.0f ? outside : 0.0f;
-      out[i] += outside * outside;
-    }
+Eigen::Array4f squared_distances(const BoxNode& node, const FloatQuery& query) {
+  Eigen::Array4f sum = Eigen::Array4f::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Array4f below = node.lower[axis] - query.upper[axis];
+    const Eigen::Array4f above = query.lower[axis] - node.upper[axis];
+    const Eigen::Array4f outside = below.max(above).max(0.0f);
+    sum += outside * outside;
+  }
+  return sum;
 }
 
 /// A ray as the box tests see it: slabs grown by `slack`, directions never 0 so that no 0 * infinity arises.
@@ -136,7 +135,7 @@ struct SurfaceIndex::Impl {
 namespace {
 
 /// Pushes the reached children, farthest first, so that the nearest is taken next.
-void push_sorted(const BoxNode& node, const float (&distances)[4], float bound, Pending* stack, int& top) {
+void push_sorted(const BoxNode& node, const Eigen::Array4f& distances, float bound, Pending* stack, int& top) {
   const int base = top;
   for (int i = 0; i < 4; ++i) {
     if (!(distances[i] <= bound)) continue;
@@ -160,10 +159,8 @@ void SurfaceIndex::Impl::find_nearest(const Eigen::Vector3d& query, Best& best) 
     const Pending next = stack[--top];
     if (!(next.squared_distance <= bound)) continue;
     if (next.child >= 0) {
-      float distances[4];
       const BoxNode& node = volumes.nodes[next.child];
-      squared_distances(node, float_query, distances);
-      push_sorted(node, distances, bound, stack, top);
+      push_sorted(node, squared_distances(node, float_query), bound, stack, top);
     } else {
       const int first = ~next.child >> 3, count = ~next.child & 7;
       for (int slot = first; slot < first + count; ++slot) consider(slot, query, best);
