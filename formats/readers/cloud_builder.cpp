@@ -34,12 +34,12 @@ Spread spread_of(std::vector<double>& values) {
 
 }  // namespace
 
-void CloudBuilder::check_count(std::uint64_t points, const ScanLimits& limits) {
-  constexpr std::uint64_t kIndexLimit = std::numeric_limits<int>::max();
-  if (points > std::min(limits.max_points, kIndexLimit))
-    throw FormatError("holds " + std::to_string(points) + " points, more than the " +
-                          std::to_string(std::min(limits.max_points, kIndexLimit)) + " allowed",
-                      "thin the scan first, or the file's header is damaged");
+void CloudBuilder::check_count(std::uint64_t points, const ScanLimits& limits, const char* where) {
+  const std::uint64_t most = std::min<std::uint64_t>(limits.max_points, std::numeric_limits<int>::max());
+  if (points > most)
+    throw FormatError("holds " + std::to_string(points) + " points, more than the " + std::to_string(most) +
+                          " allowed (" + where + ")",
+                      "thin the scan first, or the file is damaged");
 }
 
 void CloudBuilder::add_normal(double x, double y, double z) {

@@ -25,8 +25,9 @@ enum class ColourRange {
 /// end is dropped.
 class CloudBuilder {
  public:
-  /// Throws FormatError if more points than `limits` allows (or than an index can hold) are announced.
-  static void check_count(std::uint64_t points, const ScanLimits& limits);
+  /// Throws FormatError, naming `where`, if more points than `limits` allows (or than an index can hold) are
+  /// announced.
+  static void check_count(std::uint64_t points, const ScanLimits& limits, const char* where = "header");
 
   void reserve(std::size_t points) { scan.points.positions.reserve(points); }
 

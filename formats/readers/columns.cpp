@@ -260,7 +260,6 @@ class TextReader {
 
   void reserve() {
     const std::size_t rows = count_of_line_ends() + 1;
-    CloudBuilder::check_count(0, limits_);
     builder_.reserve(std::min(
         {rows, lines_.bytes_left() / kLeastRowBytes + 1, static_cast<std::size_t>(limits_.max_points)}));
   }
@@ -294,7 +293,7 @@ class TextReader {
     if (has_blocks_ && rows_in_block_ == block_size_) fail("more points than the file counts", kHintDamaged);
     ++rows_in_block_;
     if (!has_blocks_) block_size_ = rows_in_block_;
-    CloudBuilder::check_count(builder_.size() + 1, limits_);
+    CloudBuilder::check_count(builder_.size() + 1, limits_, "rows");
     add_point();
   }
 

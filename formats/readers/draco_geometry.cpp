@@ -170,10 +170,10 @@ DracoGeometry::DracoGeometry(std::span<const std::byte> stream, std::size_t file
   const Counts counts = StreamHead(stream, file_byte).counts();
   check_points_per_byte(counts.points, stream.size(), file_byte);
   check_points_per_byte(counts.faces / 2, stream.size(), file_byte);
-  CloudBuilder::check_count(counts.points, limits);
+  CloudBuilder::check_count(counts.points, limits, "Draco header");
   Decoded& d = *decoded_;
   d.cloud = decode(stream, file_byte);
-  CloudBuilder::check_count(d.cloud->num_points(), limits);
+  CloudBuilder::check_count(d.cloud->num_points(), limits, "Draco points");
   d.mesh = dynamic_cast<const draco::Mesh*>(d.cloud.get());
   d.position = find_attribute(*d.cloud, ids.position, draco::GeometryAttribute::POSITION);
   d.normal = find_attribute(*d.cloud, ids.normal, draco::GeometryAttribute::NORMAL);

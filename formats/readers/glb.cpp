@@ -100,7 +100,7 @@ class GlbReader {
   }
 
   void announce_points(std::uint64_t more) {
-    CloudBuilder::check_count(builder_.size() + more, limits_);
+    CloudBuilder::check_count(builder_.size() + more, limits_, "accessors");
     check_points_per_byte(builder_.size() + more, file_bytes_, 0);
     if (builder_.size() == 0) builder_.reserve(more);
   }

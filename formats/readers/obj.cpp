@@ -35,7 +35,7 @@ class ObjReader {
  public:
   ObjReader(std::span<const std::byte> bytes, const ScanLimits& limits) : lines_(bytes), limits_(limits) {
     const LineCounts counts = count_lines(bytes);
-    CloudBuilder::check_count(counts.vertices, limits_);
+    CloudBuilder::check_count(counts.vertices, limits_, "v lines");
     builder_.reserve(counts.vertices);
     builder_.scan.triangles.reserve(counts.faces);
     file_normals_.reserve(counts.normals);
@@ -158,7 +158,7 @@ class ObjReader {
 
   /// Any word may be an extension; what is not a word is damage.
   void check_keyword(std::string_view keyword) const {
-    if (keyword.front() == '#') return;
+    if (keyword.empty() || keyword.front() == '#') return;
     for (const char c : keyword)
       if (!((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
             c == '-'))

@@ -67,7 +67,8 @@ class OffReader {
   }
 
   void read_vertex() {
-    Fields fields(next_line("a vertex"), lines_.number());
+    const std::string_view line = next_line("a vertex");
+    Fields fields(line, lines_.number());
     const double x = fields.number("x"), y = fields.number("y"), z = fields.number("z");
     builder_.add_position(x, y, z);
     if (has_normals_) {
@@ -83,7 +84,8 @@ class OffReader {
   }
 
   void read_face() {
-    Fields fields(next_line("a face"), lines_.number());
+    const std::string_view line = next_line("a face");
+    Fields fields(line, lines_.number());
     const std::uint64_t corners = count(fields.number("the number of corners"));
     int first = 0, previous = 0;
     for (std::uint64_t k = 0; k < corners; ++k) {

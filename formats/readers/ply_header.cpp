@@ -133,7 +133,8 @@ PlyHeader read_ply_header(std::span<const std::byte> bytes) {
   PlyHeader header;
   bool has_format = false;
   while (true) {
-    Fields fields(lines.next(), lines.number());
+    const std::string_view line = lines.next();
+    Fields fields(line, lines.number());
     const std::string_view keyword = fields.next_word();
     if (keyword == "end_header") break;
     if (keyword == "format") {

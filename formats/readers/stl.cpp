@@ -64,7 +64,7 @@ class AsciiStl {
     if (!is_in_loop_) fail("a vertex stands outside a loop", kHintDamaged);
     const double x = fields.number("x"), y = fields.number("y"), z = fields.number("z");
     if (!fields.at_end()) fail("a vertex has more than three coordinates", kHintDamaged);
-    CloudBuilder::check_count(builder_.size() + 1, limits_);
+    CloudBuilder::check_count(builder_.size() + 1, limits_, "vertex lines");
     builder_.add_position(x, y, z);
   }
 

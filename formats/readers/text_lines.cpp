@@ -40,7 +40,10 @@ const char* windows_form(const char* mark, const char* last, bool is_negative, d
 }
 
 const char* parse_general(const char* first, const char* last, double& value) {
-  if (first < last && *first == '+') ++first;
+  if (first < last && *first == '+') {
+    ++first;
+    if (first < last && *first == '-') return nullptr;
+  }
   const auto [stop, error] = std::from_chars(first, last, value);
   if (error == std::errc::invalid_argument) return nullptr;
   if (error == std::errc::result_out_of_range) value = out_of_range_value(first, stop);
