@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "stages/geometry/angle.h"
+#include "stages/geometry/vector_clones.h"
 
 namespace phiz {
 namespace {
@@ -32,7 +33,7 @@ void gather(const Eigen::Vector3d* positions, const Eigen::Vector3d& centre,
   }
 }
 
-void sum_faces(const Spokes& s, Lanes& sum) {
+PHIZ_VECTOR_CLONES void sum_faces(const Spokes& s, Lanes& sum) {
   for (int k = 0; k < kLanes; ++k) sum.x[k] = sum.y[k] = sum.z[k] = 0;
   for (int i = 0; i + 1 < kSpokes; ++i)
     for (int k = 0; k < kLanes; ++k) {
