@@ -75,7 +75,7 @@ std::string LeaseTable::format(std::uint64_t beat) const {
 
 bool LeaseTable::is_dead(const Digest& key, const std::string& text) {
   const auto lease = parse_lease(text);
-  if (lease && lease->owner.place == self_.place) return !processes_.is_alive(lease->owner);
+  if (lease && lease->owner.place == self_.place && !processes_.is_alive(lease->owner)) return true;
   const double now = processes_.now_seconds();
   Observation& observation = observed_[key];
   if (observation.text != text) observation = {text, now};

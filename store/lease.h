@@ -17,7 +17,7 @@ namespace phiz {
 
 struct LeaseOptions {
   double heartbeat_seconds = 5;    ///< how often a held lease is renewed
-  double dead_after_seconds = 30;  ///< a lease of another machine that did not change for so long is dead
+  double dead_after_seconds = 30;  ///< a lease that did not change for so long is dead
 };
 
 class LeaseTable;
@@ -46,9 +46,9 @@ struct LeaseHolder {
 /// The leases of one process in one store, renewed by a thread of its own while any is held.
 ///
 /// A holder is dead if it ran on this machine and its process is gone (asked of the kernel, with the start
-/// time, so a reused pid does not count), or if its lease file did not change for `dead_after_seconds` by our
-/// own monotonic clock. No clock is compared with another machine's, no modification time is read. A dead
-/// lease is taken over.
+/// time, so a reused pid does not count), or, wherever it runs, if its lease file did not change for
+/// `dead_after_seconds` by our own monotonic clock. No clock is compared with another machine's, no
+/// modification time is read. A dead lease is taken over.
 class LeaseTable {
  public:
   LeaseTable(const Store& store, Processes& processes, LeaseOptions options = {});

@@ -79,6 +79,16 @@ TEST_F(LeaseTest, AnotherMachineIsDeadOnceItsHeartStopsByOurOwnClock) {
   EXPECT_TRUE(is_held(second));
 }
 
+TEST_F(LeaseTest, ALeaseLeftByALivingProcessThatNoLongerHoldsItDiesToo) {
+  FakeProcesses one({"here", 1, 7});
+  one.alive = {1};
+  LeaseTable first(store_, one, kNoHeartbeat), second(store_, one, kNoHeartbeat);
+  const auto lease = first.try_acquire(key_);
+  EXPECT_FALSE(is_held(second));
+  one.now = 31;
+  EXPECT_TRUE(is_held(second));
+}
+
 TEST_F(LeaseTest, AGarbledLeaseIsTakenOverInTheEnd) {
   FakeProcesses one({"here", 1, 7});
   LeaseTable table(store_, one, kNoHeartbeat);
