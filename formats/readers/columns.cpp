@@ -52,6 +52,28 @@ class Cells {
   Cells(std::string_view line, char separator)
       : at_(line.data()), end_(at_ + line.size()), separator_(separator) {}
 
+  /// As next(), for a cell that is a number; an empty one is not-a-number, text is given as `bad_cell`.
+  bool next_number(double& value, std::string_view& bad_cell) {
+    skip_blanks();
+    if (at_ == end_) return false;
+    const char* const first = at_;
+    if (const char* stop = parse_number(at_, end_, value)) {
+      at_ = stop;
+      skip_blanks();
+      const bool is_whole_cell = at_ == end_ || is_separator(*at_) || (separator_ == ' ' && at_ > stop);
+      if (is_whole_cell) {
+        if (at_ < end_ && separator_ != ' ') ++at_;
+        return true;
+      }
+      at_ = first;
+    }
+    std::string_view cell;
+    next(cell);
+    value = std::numeric_limits<double>::quiet_NaN();
+    if (!cell.empty()) bad_cell = cell;
+    return true;
+  }
+
   /// False at the end of the row. An empty cell between separators is empty; behind the last separator is
   /// none.
   bool next(std::string_view& cell) {
@@ -77,21 +99,14 @@ class Cells {
   char separator_;
 };
 
-/// Numbers of a row; -1 if a cell is not one (it is then in `bad_cell`). An empty cell is not-a-number, but
-/// read.
+/// Numbers of a row; -1 if a cell is not one (it is then in `bad_cell`).
 int parse_row(std::string_view line, char separator, double (&values)[kMaxColumns],
               std::string_view& bad_cell) {
   Cells cells(line, separator);
   int count = 0;
-  std::string_view cell;
-  while (count < kMaxColumns && cells.next(cell)) {
-    double& value = values[count++];
-    if (cell.empty()) {
-      value = std::numeric_limits<double>::quiet_NaN();
-    } else if (parse_number(cell.data(), cell.data() + cell.size(), value) != cell.data() + cell.size()) {
-      bad_cell = cell;
-      return -1;
-    }
+  while (count < kMaxColumns && cells.next_number(values[count], bad_cell)) {
+    if (!bad_cell.empty()) return -1;
+    ++count;
   }
   return count;
 }
@@ -103,8 +118,6 @@ bool is_whole(double value) {
 struct Columns {
   int count = 0;
   std::array<int, 3> position{0, 1, 2};
-  int first_normal = -1;
-  int first_colour = -1;
   std::array<int, 3> normal{}, colour{};
   int confidence = -1;
   bool has_normal = false, has_colour = false;

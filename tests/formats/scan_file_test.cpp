@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <sstream>
 
 #include "formats/error.h"
+#include "formats/gltf.h"
+#include "formats/triangle_mesh.h"
 #include "tests/formats/scan_samples.h"
 #include "tests/support/data_folder.h"
 #include "tests/support/random.h"
@@ -57,6 +60,27 @@ TEST(ScanFile, NamesThePathAndTheCause) {
   EXPECT_EQ(fault_of_file(folder.path()), root + ": is a directory, not a scan");
   EXPECT_EQ(fault_of_file(folder / "empty.ply"), root + "/empty.ply: is empty (byte 0)");
   EXPECT_EQ(fault_of_file(folder / "bad.xyz"), root + "/bad.xyz: 'abc' is not a number (line 2)");
+}
+
+TEST(ScanFile, ReadsBackTheMeshesPhizWrites) {
+  const ScanSample sample = make_sample();
+  const TriangleMesh mesh{sample.positions, sample.triangles, sample.normals, {}, sample.colours};
+  const auto read_back = [&](void (*write)(const TriangleMesh&, std::ostream&), double scale,
+                             double tolerance) {
+    std::ostringstream out;
+    write(mesh, out);
+    const ScanFile scan = parse(out.str());
+    EXPECT_EQ(scan.triangles, sample.triangles);
+    EXPECT_EQ(scan.points.colours, sample.colours);
+    const std::vector<Eigen::Vector3d> positions = true_positions(scan);
+    ASSERT_EQ(positions.size(), sample.positions.size());
+    for (std::size_t i = 0; i < positions.size(); ++i)
+      EXPECT_LT((positions[i] * scale - sample.positions[i].cast<double>()).norm(), tolerance);
+  };
+  read_back(phiz::write_ply, 1.0, 1e-9);
+  read_back(phiz::write_obj, 1.0, 1e-5);
+  read_back(phiz::write_glb, 1000.0, 1e-4);  // glTF is in metres
+  read_back(phiz::write_drc, 1.0, 0.01);
 }
 
 TEST(ScanFile, KeepsTheNumbersOfAScanNearZero) {
