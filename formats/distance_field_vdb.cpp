@@ -119,7 +119,9 @@ std::vector<Sample> sorted_samples(const openvdb::FloatGrid& grid) {
 DistanceField decode(std::string bytes) {
   openvdb::initialize();
   std::istringstream stream(std::move(bytes));
-  openvdb::io::Stream archive(stream, false);  // delayed loading crashes on broken files
+  // OpenVDB does not look whether it could read, and its delayed loading crashes on broken files
+  stream.exceptions(std::ios::failbit | std::ios::badbit);
+  openvdb::io::Stream archive(stream, false);
   const openvdb::GridPtrVecPtr grids = archive.getGrids();
   const auto surface = find_grid(*grids, "surface"), confidence = find_grid(*grids, "confidence");
   DistanceField field;

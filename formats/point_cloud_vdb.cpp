@@ -281,7 +281,9 @@ PointCloud parse(std::string bytes) {
   openvdb::initialize();
   const std::size_t file_bytes = bytes.size();
   std::istringstream stream(std::move(bytes));
-  openvdb::io::Stream archive(stream, false);  // delayed loading crashes on broken files
+  // OpenVDB does not look whether it could read, and its delayed loading crashes on broken files
+  stream.exceptions(std::ios::failbit | std::ios::badbit);
+  openvdb::io::Stream archive(stream, false);
   for (const openvdb::GridBase::Ptr& grid : *archive.getGrids()) {
     if (grid && grid->isType<vp::PointDataGrid>())
       return read_grid(static_cast<const vp::PointDataGrid&>(*grid), file_bytes);
