@@ -11,41 +11,43 @@
 namespace phiz {
 namespace {
 
-constexpr int kBins = 16;
+constexpr int kMaxBins = 16, kMinBins = 4;
 constexpr int kParallelFrom = 4096;
 constexpr int kHalvesFromDepth = BoundingVolumes::kMaxDepth - 28;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-Box empty_box() {
-  return {Eigen::Array3f::Constant(kInfinity), Eigen::Array3f::Constant(-kInfinity)};
-}
+/// Boxes in four floats a corner (the last is 0), so that they grow in two vector instructions.
+struct WideBox {
+  Eigen::Array4f lower = {kInfinity, kInfinity, kInfinity, 0.0f};
+  Eigen::Array4f upper = {-kInfinity, -kInfinity, -kInfinity, 0.0f};
+};
 
-void extend(Box& box, const Box& other) {
+void extend(WideBox& box, const WideBox& other) {
   box.lower = box.lower.min(other.lower);
   box.upper = box.upper.max(other.upper);
 }
 
-float half_area(const Box& box) {
-  const Eigen::Array3f size = (box.upper - box.lower).max(0.0f);
+float half_area(const WideBox& box) {
+  const Eigen::Array4f size = (box.upper - box.lower).max(0.0f);
   return size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
 }
 
 /// Boxes travel with their indices while they are sorted, so that every pass reads memory in order.
 struct Item {
-  Box box;
-  int idx;
+  WideBox box;
+  int idx = 0;
 };
 
 /// A run of items and the box round it; `node` names its binary node, -1 for a leaf.
 struct Subtree {
   int begin = 0, end = 0;
   int node = -1;
-  Box box = empty_box();
+  WideBox box;
   int size() const { return end - begin; }
 };
 
 struct Bin {
-  Box box = empty_box();
+  WideBox box;
   int count = 0;
 };
 
@@ -57,33 +59,38 @@ struct Split {
 
 class Binning {
  public:
-  explicit Binning(const Box& centres) : lower_(centres.lower) {
-    const Eigen::Array3f size = centres.upper - centres.lower;
+  /// Small runs are sorted into fewer bins: most of the tree is small runs.
+  Binning(const WideBox& centres, int item_count)
+      : count_(std::clamp(item_count / 4, kMinBins, kMaxBins)), lower_(centres.lower) {
+    const Eigen::Array4f size = centres.upper - centres.lower;
     for (int axis = 0; axis < 3; ++axis) {
-      scale_[axis] = size[axis] > 0 ? kBins / size[axis] : 0.0f;
+      scale_[axis] = size[axis] > 0 ? static_cast<float>(count_) / size[axis] : 0.0f;
       if (!(scale_[axis] < kInfinity)) scale_[axis] = 0.0f;
     }
   }
+  int count() const { return count_; }
   bool splits(int axis) const { return scale_[axis] > 0; }
-  int bin_of(const Box& box, int axis) const {
-    const float place = (box.lower[axis] + box.upper[axis] - lower_[axis]) * scale_[axis];
-    return std::min(kBins - 1, static_cast<int>(place));
+  Eigen::Array4i bins_of(const WideBox& box) const {
+    return ((box.lower + box.upper - lower_) * scale_).cast<int>().min(count_ - 1);
   }
 
  private:
-  Eigen::Array3f lower_, scale_;
+  int count_;
+  Eigen::Array4f lower_, scale_ = Eigen::Array4f::Zero();
 };
 
-using Bins = std::array<std::array<Bin, kBins>, 3>;
+using Bins = std::vector<Bin>;  ///< those of the first axis, of the second, of the third
 
 Bins fill_bins(std::span<const Item> items, const Binning& binning) {
-  Bins bins;
-  for (const Item& item : items)
+  Bins bins(3 * static_cast<std::size_t>(binning.count()));
+  for (const Item& item : items) {
+    const Eigen::Array4i places = binning.bins_of(item.box);
     for (int axis = 0; axis < 3; ++axis) {
-      Bin& bin = bins[axis][binning.bin_of(item.box, axis)];
+      Bin& bin = bins[axis * binning.count() + places[axis]];
       extend(bin.box, item.box);
       ++bin.count;
     }
+  }
   return bins;
 }
 
@@ -91,17 +98,18 @@ Split find_split(const Bins& bins, const Binning& binning) {
   Split best;
   for (int axis = 0; axis < 3; ++axis) {
     if (!binning.splits(axis)) continue;
-    std::array<float, kBins> right_costs{};
+    const Bin* axis_bins = bins.data() + axis * binning.count();
+    std::array<float, kMaxBins> right_costs;
     Bin right;
-    for (int b = kBins - 1; b > 0; --b) {
-      extend(right.box, bins[axis][b].box);
-      right.count += bins[axis][b].count;
+    for (int b = binning.count() - 1; b > 0; --b) {
+      extend(right.box, axis_bins[b].box);
+      right.count += axis_bins[b].count;
       right_costs[b] = right.count ? half_area(right.box) * static_cast<float>(right.count) : kInfinity;
     }
     Bin left;
-    for (int b = 1; b < kBins; ++b) {
-      extend(left.box, bins[axis][b - 1].box);
-      left.count += bins[axis][b - 1].count;
+    for (int b = 1; b < binning.count(); ++b) {
+      extend(left.box, axis_bins[b - 1].box);
+      left.count += axis_bins[b - 1].count;
       if (left.count == 0) continue;
       const float cost = half_area(left.box) * static_cast<float>(left.count) + right_costs[b];
       if (cost < best.cost) best = {cost, axis, b};
@@ -113,7 +121,11 @@ Split find_split(const Bins& bins, const Binning& binning) {
 class Builder {
  public:
   explicit Builder(std::span<const Box> boxes) : items_(boxes.size()), halves_(boxes.size()) {
-    for (std::size_t i = 0; i < boxes.size(); ++i) items_[i] = {boxes[i], static_cast<int>(i)};
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      items_[i].box.lower.head<3>() = boxes[i].lower;
+      items_[i].box.upper.head<3>() = boxes[i].upper;
+      items_[i].idx = static_cast<int>(i);
+    }
   }
 
   BoundingVolumes build() {
@@ -132,7 +144,7 @@ class Builder {
   /// A binary node splits its run in front of one item, and no other node splits there: the place names the
   /// node, so that branches built in parallel need no common counter.
   Subtree split(int begin, int end, int depth) {
-    Subtree result{begin, end, -1, empty_box()};
+    Subtree result{begin, end, -1, {}};
     if (end - begin <= BoundingVolumes::kLeafSize) {
       for (int i = begin; i < end; ++i) extend(result.box, items_[i].box);
       return result;
@@ -157,15 +169,15 @@ class Builder {
 
   int partition(int begin, int end) {
     const std::span<Item> items(items_.data() + begin, static_cast<std::size_t>(end - begin));
-    Box centres = empty_box();
+    WideBox centres;
     for (const Item& item : items) {
-      const Eigen::Array3f centre = item.box.lower + item.box.upper;
+      const Eigen::Array4f centre = item.box.lower + item.box.upper;
       extend(centres, {centre, centre});
     }
-    const Binning binning(centres);
+    const Binning binning(centres, end - begin);
     const Split at = find_split(fill_bins(items, binning), binning);
     if (at.axis < 0) return begin + (end - begin) / 2;  // all centres in one place: any halves will do
-    const auto goes_left = [&](const Item& item) { return binning.bin_of(item.box, at.axis) < at.bin; };
+    const auto goes_left = [&](const Item& item) { return binning.bins_of(item.box)[at.axis] < at.bin; };
     return begin + static_cast<int>(std::partition(items.begin(), items.end(), goes_left) - items.begin());
   }
 
@@ -187,7 +199,7 @@ class Builder {
     nodes.emplace_back();
     for (int i = 0; i < 4; ++i) {
       const bool present = i < static_cast<int>(children.size());
-      const Box box = present ? children[i].box : empty_box();
+      const WideBox box = present ? children[i].box : WideBox{};
       const int child = !present               ? ~0
                         : children[i].node < 0 ? ~(children[i].begin << 3 | children[i].size())
                                                : fold(children[i], nodes);

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <string>
@@ -18,7 +20,7 @@ namespace phiz {
 namespace {
 
 constexpr std::size_t kQueryGrain = 1024;
-constexpr std::size_t kStackSize = 3 * BoundingVolumes::kMaxDepth + 4;
+constexpr std::size_t kStackSize = 3 * BoundingVolumes::kMaxDepth + 8;
 
 /// Boxes are tested in float, distances to triangles in double: queries grow by this share of the
 /// coordinates' size, and bounds by kBoundSlack, so that rounding never hides a triangle behind its box.
@@ -31,10 +33,20 @@ struct StoredTriangle {
   int triangle_idx = -1;
 };
 
-struct Pending {
-  float squared_distance;
-  int child;
-};
+/// A subtree to be visited: its squared distance in the upper half, its index in the lower. Distances are not
+/// negative, so that the bits of floats are in the order of their values: one comparison orders both.
+using Pending = std::uint64_t;
+
+Pending pending(float squared_distance, int child) {
+  return std::uint64_t{std::bit_cast<std::uint32_t>(squared_distance)} << 32 |
+         static_cast<std::uint32_t>(child);
+}
+float distance_of(Pending item) {
+  return std::bit_cast<float>(static_cast<std::uint32_t>(item >> 32));
+}
+int child_of(Pending item) {
+  return static_cast<int>(static_cast<std::uint32_t>(item));
+}
 
 struct Best {
   double squared_distance = std::numeric_limits<double>::infinity();
@@ -134,16 +146,20 @@ struct SurfaceIndex::Impl {
 
 namespace {
 
-/// Pushes the reached children, farthest first, so that the nearest is taken next.
-void push_sorted(const BoxNode& node, const Eigen::Array4f& distances, float bound, Pending* stack, int& top) {
-  const int base = top;
-  for (int i = 0; i < 4; ++i) {
-    if (!(distances[i] <= bound)) continue;
-    int place = top++;
-    for (; place > base && stack[place - 1].squared_distance < distances[i]; --place)
-      stack[place] = stack[place - 1];
-    stack[place] = {distances[i], node.child[i]};
+/// Pushes the reached children, farthest first, so that the nearest is on top. Returns how many.
+int push_reached(const BoxNode& node, const Eigen::Array4f& distances, float bound, Pending* stack) {
+  int count = 0;
+  for (int i = 0; i < 4; ++i) {  // no branches: whether a child is reached cannot be foretold
+    stack[count] = pending(distances[i], node.child[i]);
+    count += distances[i] <= bound;
   }
+  for (int i = 1; i < count; ++i) {
+    const Pending item = stack[i];
+    int place = i;
+    for (; place > 0 && stack[place - 1] < item; --place) stack[place] = stack[place - 1];
+    stack[place] = item;
+  }
+  return count;
 }
 
 }  // namespace
@@ -152,17 +168,18 @@ void SurfaceIndex::Impl::find_nearest(const Eigen::Vector3d& query, Best& best) 
   if (volumes.nodes.empty()) return;
   const FloatQuery float_query(query, largest_coordinate);
   float bound = round_up(best.squared_distance);
-  Pending stack[kStackSize];
+  std::array<Pending, kStackSize> stack;
   int top = 0;
-  stack[top++] = {0.0f, 0};
+  stack[top++] = pending(0.0f, 0);
   while (top > 0) {
     const Pending next = stack[--top];
-    if (!(next.squared_distance <= bound)) continue;
-    if (next.child >= 0) {
-      const BoxNode& node = volumes.nodes[next.child];
-      push_sorted(node, squared_distances(node, float_query), bound, stack, top);
+    if (!(distance_of(next) <= bound)) continue;
+    const int child = child_of(next);
+    if (child >= 0) {
+      const BoxNode& node = volumes.nodes[child];
+      top += push_reached(node, squared_distances(node, float_query), bound, stack.data() + top);
     } else {
-      const int first = ~next.child >> 3, count = ~next.child & 7;
+      const int first = ~child >> 3, count = ~child & 7;
       for (int slot = first; slot < first + count; ++slot) consider(slot, query, best);
       bound = round_up(best.squared_distance);
     }
