@@ -203,7 +203,7 @@ class SubjectRun {
     services_.reporter.step_started(place, reason);
     const auto begin = Clock::now();
     RunContext context({services_.store, step.task, scan_, services_.head, step.parameters,
-                        step.inputs.digests, services_.reporter, services_.stop, place, step.key});
+                        step.inputs.digests, services_.reporter, services_.stop, memo_, place, step.key});
     step.task.run(context);
     CommitRequest request;
     request.outputs = context.take_outputs();
@@ -244,6 +244,7 @@ class SubjectRun {
   ScanInput scan_;
   SubjectRecord former_, record_;
   std::map<std::string, Result> results_;
+  Memo memo_;
 };
 
 }  // namespace

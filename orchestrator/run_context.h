@@ -25,6 +25,7 @@ class RunContext final : public TaskContext {
     const std::map<std::string, Digest>& inputs;
     Reporter& reporter;
     const StopFlag& stop;
+    Memo& memo;
     StepPlace place;
     Digest key;
   };
@@ -33,7 +34,9 @@ class RunContext final : public TaskContext {
   std::string read_input(const std::string& name) override;
   std::string describe_input(const std::string& name) const override;
   std::string scan_extension() const override { return world_.scan.extension; }
+  Digest input_digest(const std::string& name) const override { return world_.inputs.at(name); }
   Digest template_digest() const override { return world_.head.digest; }
+  Memo& memo() override { return world_.memo; }
   const ParameterValue& parameter(const std::string& name) const override;
   void write_output(const std::string& name, std::string bytes) override;
   void progress(double fraction, std::optional<double> residual) override;

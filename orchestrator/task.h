@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "orchestrator/memo.h"
 #include "orchestrator/parameter.h"
 #include "store/digest.h"
 
@@ -23,7 +24,9 @@ class TaskContext {
   virtual std::string describe_input(
       const std::string& name) const = 0;          ///< for messages: a path, or "stage/output"
   virtual std::string scan_extension() const = 0;  ///< ".ply", lower case; part of the key
+  virtual Digest input_digest(const std::string& name) const = 0;
   virtual Digest template_digest() const = 0;
+  virtual Memo& memo() = 0;  ///< shared by the stages of this subject in this run
 
   // Parameters by name. A wrong name or type is a bug.
   virtual const ParameterValue& parameter(const std::string& name) const = 0;

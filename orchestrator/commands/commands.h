@@ -6,14 +6,19 @@
 
 namespace phiz {
 
-// One file each in this folder.
+// One file each in this folder. Those of the first group need no stage; those of the second do.
 Command make_fit_command();
 Command make_status_command();
 Command make_why_command();
 Command make_explain_command();
 Command make_store_command();
 
+Command make_export_command();
+
 /// Commands that need no stage: they answer without loading the libraries of the stages.
-std::vector<Command> list_light_commands();
+std::vector<Command> list_light_commands();  // light_commands.cpp
+
+/// Every command, in the order of `phiz --help`.
+std::vector<Command> list_commands();  // all_commands.cpp
 
 }  // namespace phiz

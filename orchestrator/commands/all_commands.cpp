@@ -1,0 +1,11 @@
+#include "orchestrator/commands/commands.h"
+
+namespace phiz {
+
+std::vector<Command> list_commands() {
+  std::vector<Command> commands = list_light_commands();
+  commands.push_back(make_export_command());
+  return commands;
+}
+
+}  // namespace phiz

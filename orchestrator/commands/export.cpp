@@ -1,0 +1,111 @@
+#include <fmt/format.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "formats/gltf.h"
+#include "formats/image.h"
+#include "formats/triangle_mesh.h"
+#include "orchestrator/commands/commands.h"
+#include "orchestrator/error.h"
+#include "orchestrator/error_table.h"
+#include "orchestrator/object_reference.h"
+#include "orchestrator/option_set.h"
+#include "orchestrator/session.h"
+#include "orchestrator/tasks/head_surface.h"
+#include "store/durable_writer.h"
+#include "store/error.h"
+
+namespace phiz {
+namespace {
+
+struct ExportArguments {
+  std::string subject;
+  std::optional<std::string> output, frame;
+  std::optional<int> level;
+};
+
+/// The bytes of the file, by its extension.
+std::string make_file(const std::string& extension, const ExportArguments& arguments, const Session& session,
+                      const Store& store) {
+  const bool in_scan_frame = arguments.frame == "scan";
+  const auto read = [&](const std::string& output) {
+    return store.read_object(find_referenced_object(session, store, arguments.subject + "/" + output).digest);
+  };
+  if (extension == ".vdb") {
+    if (in_scan_frame || arguments.level)
+      throw UsageError("a .vdb is the clean cloud in the head frame, without levels");
+    return read("ingest/cloud.vdb");
+  }
+  const std::string asset = read("subdivide/head.glb");
+  if (extension == ".glb" && !in_scan_frame && !arguments.level) return asset;
+  const TriangleMesh mesh = evaluate_head(asset, {arguments.level, in_scan_frame});
+  std::ostringstream out;
+  if (extension == ".glb") {
+    write_glb(mesh, out);
+  } else if (extension == ".obj") {
+    write_obj(mesh, out);
+  } else if (extension == ".ply") {
+    write_ply(mesh, out);
+  } else if (extension == ".drc") {
+    write_drc(mesh, out);
+  } else if (extension == ".png") {
+    if (in_scan_frame) throw UsageError("pictures are in the head frame");
+    write_png(draw_head(mesh), out);
+  } else {
+    throw UsageError("cannot write a '" + extension + "' file", "use .glb, .obj, .ply, .drc, .vdb or .png");
+  }
+  return std::move(out).str();
+}
+
+/// Whole or not at all; an existing file is replaced.
+void write_file(FileSystem& files, const std::filesystem::path& path, const std::string& bytes) {
+  const auto status = files.find_status(path);
+  if (status && status->kind != FileSystem::Kind::kFile)
+    throw UsageError(path.string() + ": not a regular file");
+  try {
+    DurableWriter writer(files);
+    writer.add(path, std::as_bytes(std::span(bytes)), FileSystem::Mode::kWritable);
+    writer.publish();
+  } catch (const StoreError& error) {
+    if (error.fault() != StoreFault::kMissing) throw;
+    throw UsageError(path.string() + ": no such folder");
+  }
+}
+
+int run_export(const ExportArguments& arguments, Session& session) {
+  if (arguments.frame && arguments.frame != "head" && arguments.frame != "scan") {
+    throw UsageError("--frame " + *arguments.frame + " is not head or scan");
+  }
+  const std::filesystem::path path = std::filesystem::absolute(*arguments.output);
+  const Store store = session.open_store();
+  const std::string bytes = make_file(path.extension().string(), arguments, session, store);
+  if (!session.globals().is_dry_run) write_file(session.files(), path, bytes);
+  session.print(fmt::format("{}: {} bytes", path.string(), bytes.size()));
+  session.print_json(
+      {{"type", "export"}, {"subject", arguments.subject}, {"path", path.string()}, {"bytes", bytes.size()}});
+  return kExitDone;
+}
+
+}  // namespace
+
+Command make_export_command() {
+  Command command{
+      "export", "write a fitted head as .glb .obj .ply .drc .png, or its clean cloud as .vdb", {}, {}};
+  command.declare = [](OptionSet& options, const Environment&) -> Command::Action {
+    auto arguments = std::make_shared<ExportArguments>();
+    options.add_positional("SUBJECT", arguments->subject, "the subject");
+    options.add_text("-o,--output", arguments->output, "the file; its extension says the format");
+    options.require("--output");
+    options.add_integer(
+        "--level", arguments->level,
+        "level of subdivision (default: the finest; a .glb without --level is the asset itself)");
+    options.add_text("--frame", arguments->frame,
+                     "head (mm, upright; default) or scan (the scan's own frame and units)");
+    return [arguments](Session& session) { return run_export(*arguments, session); };
+  };
+  return command;
+}
+
+}  // namespace phiz

@@ -1,0 +1,83 @@
+#include "stages/ingest/ingest.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "formats/distance_field.h"
+#include "formats/scan_file.h"
+#include "orchestrator/tasks/nouns.h"
+#include "orchestrator/tasks/stages.h"
+
+namespace phiz {
+namespace {
+
+std::optional<double> mm_per_unit(const std::string& unit) {
+  if (unit == "mm") return 1.0;
+  if (unit == "cm") return 10.0;
+  if (unit == "m") return 1000.0;
+  if (unit == "in") return 25.4;
+  return std::nullopt;
+}
+
+ScanFile load_scan(TaskContext& context) {
+  const std::string bytes = context.read_input("scan");
+  ScanFile scan;
+  with_place(context.describe_input("scan"),
+             [&] { scan = parse_scan(std::as_bytes(std::span(bytes)), context.scan_extension()); });
+  return scan;
+}
+
+nlohmann::ordered_json to_json(const IngestSummary& summary) {
+  return {{"points_read", summary.points_read},
+          {"points_sampled", summary.points_sampled},
+          {"points_kept", summary.points_kept},
+          {"removed_non_finite", summary.removed_non_finite},
+          {"removed_outliers", summary.removed_outliers},
+          {"removed_below_neck", summary.removed_below_neck},
+          {"removed_far", summary.removed_far},
+          {"unit", summary.unit},
+          {"mm_per_unit", summary.mm_per_unit},
+          {"head_scale", summary.head_scale},
+          {"pose_score", summary.pose_score},
+          {"pose_mismatch", summary.pose_mismatch},
+          {"turned_deg", summary.turned_deg},
+          {"coverage", summary.coverage},
+          {"noise_mm", summary.noise_mm},
+          {"density_per_mm2", summary.density_per_mm2}};
+}
+
+void tell(TaskContext& context, const IngestSummary& summary) {
+  context.note(fmt::format(
+      "{} points, unit {} ({:.4g} mm), turned by {:.0f} degrees, {:.0f} % of the head seen",
+      summary.points_read, summary.unit, summary.mm_per_unit, summary.turned_deg, 100 * summary.coverage));
+  context.note(fmt::format("kept {}, removed {} outliers, {} below the neck, {} far away, {} not finite",
+                           summary.points_kept, summary.removed_outliers, summary.removed_below_neck,
+                           summary.removed_far, summary.removed_non_finite));
+}
+
+}  // namespace
+
+void run_ingest(TaskContext& context) {
+  IngestOptions options;
+  options.mm_per_unit = mm_per_unit(context.text("units"));
+  options.soup_samples = context.whole("soup_samples");
+  options.max_points = context.whole("max_points");
+  options.neck_margin_mm = context.number("neck_margin_mm");
+  options.field_voxel_mm = context.number("field_voxel_mm");
+  options.reject_score = context.number("reject_score");
+
+  const auto head = load_generic_head(context);
+  const ScanFile scan = load_scan(context);
+  context.progress(0.1);
+  const IngestResult result = ingest(scan, *head, options);
+  context.progress(0.9);
+  tell(context, result.summary);
+  save(context, "cloud.vdb", [&](std::ostream& out) { write_vdb(result.cloud, out); });
+  save(context, "distance.vdb", [&](std::ostream& out) { write_vdb(result.distance_field, out); });
+  nlohmann::ordered_json summary = to_json(result.summary);
+  summary["scan_from_head"] = to_json(result.scan_from_head);
+  save_json(context, "ingest.json", summary);
+}
+
+}  // namespace phiz
