@@ -9,7 +9,7 @@
 
 namespace phiz {
 
-/// Modified Butterfly subdivision (Zorin, Schröder, Sweldens 1996; border rules: Zorin, Schröder 1998) over
+/// Modified Butterfly subdivision (Zorin, Schröder, Sweldens 1996; border rules: Zorin 1997) over
 /// one connectivity, with scalar displacements (Jeong et al. 2002, section 5). Weights and topology depend on
 /// the generic head alone and are shared by all subjects.
 ///
