@@ -118,7 +118,9 @@ const draco::PointAttribute* find_attribute(const draco::PointCloud& cloud, int 
   const draco::PointAttribute* attribute =
       unique_id >= 0 ? cloud.GetAttributeByUniqueId(static_cast<std::uint32_t>(unique_id))
                      : cloud.GetNamedAttribute(kind);
-  return attribute && attribute->num_components() >= 3 ? attribute : nullptr;
+  if (!attribute || attribute->num_components() < 3) return nullptr;
+  const draco::DataType type = attribute->data_type();
+  return type > draco::DT_INVALID && type < draco::DT_BOOL ? attribute : nullptr;
 }
 
 /// True if the value of each point lies within the attribute's memory.
