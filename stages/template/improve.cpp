@@ -143,7 +143,8 @@ class Relaxer {
 
   void sweep() {
     for (int v = 0; v < static_cast<int>(mesh_.vertices.size()); ++v) {
-      if (!mesh_.vertices[v].held && !mesh_.vertices[v].on_neck()) move(v);
+      if (mesh_.vertices[v].rail) slide(v);
+      else if (!mesh_.vertices[v].held && !mesh_.vertices[v].on_neck()) move(v);
     }
   }
 
@@ -165,6 +166,24 @@ class Relaxer {
       sum += ratio * ratio;
     }
     return sum;
+  }
+
+  /// Along the vertex's rail, within its middle half.
+  void slide(int v) {
+    auto& vertex = mesh_.vertices[v];
+    const auto cost_at = [&](double t, Eigen::Vector2d& uv) {
+      uv = surface_.descend_to(vertex.rail->at(t), vertex.uv);
+      const auto place = surface_.find(uv);
+      return cost(v, uv, surface_.position(place), surface_.normal(place));
+    };
+    Eigen::Vector2d uv;
+    double best = cost_at(vertex.rail->parameter, uv);
+    for (const double step : {0.08, -0.08, 0.02, -0.02, 0.005, -0.005}) {
+      const double t = std::clamp(vertex.rail->parameter + step, 0.2, 0.8);
+      const double there = cost_at(t, uv);
+      if (there < best) best = there, vertex.rail->parameter = t, vertex.uv = uv;
+    }
+    positions_[v] = surface_.position(vertex.uv);
   }
 
   void move(int v) {

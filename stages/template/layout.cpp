@@ -117,20 +117,25 @@ class Parser {
       std::string name = s.words[k];
       const bool corner = name.back() == '!';
       if (corner) name.pop_back();
-      const auto found = point_idx_.find(name);
-      if (found == point_idx_.end()) s.fail("no point '" + name + "'");
-      if (std::find(curve.points.begin(), curve.points.end(), found->second) != curve.points.end()) {
+      const int point = find_point(s, name);
+      if (std::find(curve.points.begin(), curve.points.end(), point) != curve.points.end()) {
         s.fail("point '" + name + "' twice in a curve");
       }
-      curve.points.push_back(found->second);
+      curve.points.push_back(point);
       curve.corner.push_back(corner);
-      if (curve.held) layout_.points[found->second].held = true;
+      if (curve.held) layout_.points[point].held = true;
     }
     if (curve.points.size() < (curve.closed ? 3u : 2u)) s.fail("curve '" + curve.name + "' is too short");
     if (!curve_idx_.insert({curve.name, static_cast<int>(layout_.curves.size())}).second) {
       s.fail("curve '" + curve.name + "' is there already");
     }
     layout_.curves.push_back(std::move(curve));
+  }
+
+  int find_point(const Statement& s, const std::string& name) const {
+    const auto found = point_idx_.find(name);
+    if (found == point_idx_.end()) s.fail("no point '" + name + "'");
+    return found->second;
   }
 
   int find_curve(const Statement& s, const std::string& name) const {
@@ -191,10 +196,8 @@ class Parser {
 
   void add_binding(const Statement& s) {
     s.expect_size(3);
-    const int a = find_curve(s, s.word(1)), b = find_curve(s, s.word(2));
-    if (layout_.curves[a].points.size() != layout_.curves[b].points.size()) {
-      s.fail("curves of different length cannot be bound");
-    }
+    const int a = find_point(s, s.word(1)), b = find_point(s, s.word(2));
+    if (a == b) s.fail("a point cannot be bound to itself");
     layout_.bindings.push_back({a, b});
   }
 

@@ -21,11 +21,11 @@ namespace phiz {
 ///                                       (without it the region is both); `also REGION...` adds whole regions
 ///   landmark RIGHT [LEFT] U V
 ///   box RIGHT [LEFT] REGION PAD_MM      bounding box of a region
-///   bind CURVE CURVE                    k-th vertex to k-th vertex
+///   bind P Q                            these two are held together by the fit
 ///   constrain REGION                    its vertices are held by their surroundings, not by the scan
 ///   plane NAME NY NZ OFFSET_MM          clipping plane; `neck` cuts the reference
 ///   scale S X Y Z R0 R1                 (u,v) size sought near (X,Y,Z) mm of the reference, fading from R0 to R1
-///   lines U V... etc. with u = 1/2 lie on the mirror line; u = 0, v = 0 or v = 1 on the neck loop
+/// Points with u = 1/2 lie on the mirror line, those with u = 0, v = 0 or v = 1 on the neck loop.
 struct Layout {
   struct Point {
     std::string name;  ///< empty for free points
@@ -63,7 +63,7 @@ struct Layout {
   std::vector<Region> regions;
   std::vector<Landmark> landmarks;
   std::vector<Box> boxes;
-  std::vector<std::pair<int, int>> bindings;  ///< curves
+  std::vector<std::pair<int, int>> bindings;  ///< points
   std::vector<std::string> constrained_regions;
   std::map<std::string, Plane> planes;
   std::vector<Scale> scales;

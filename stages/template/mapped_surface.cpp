@@ -76,6 +76,27 @@ Eigen::Vector3d SurfaceLookup::normal(const Place& place) const {
       .normalized();
 }
 
+Eigen::Vector2d SurfaceLookup::descend_to(const Eigen::Vector3d& target, Eigen::Vector2d uv) const {
+  const bool on_mirror = uv[0] == 0.5;
+  double best = (position(uv) - target).squaredNorm();
+  for (int step = 0; step < 30; ++step) {
+    const Place place = find(uv);
+    const Eigen::Matrix<double, 3, 2> slope = jacobian(place);
+    Eigen::Vector2d change =
+        (slope.transpose() * slope).ldlt().solve(slope.transpose() * (target - position(place)));
+    if (on_mirror) change[0] = 0;
+    bool moved = false;
+    for (double length = 1; length > 0.03 && !moved; length *= 0.5) {
+      const Eigen::Vector2d next = uv + length * change;
+      if (next[0] <= 0 || next[1] <= 0 || next[1] >= 1 || (next[0] >= 0.5 && !on_mirror)) continue;
+      const double distance = (position(next) - target).squaredNorm();
+      if (distance < best * (1 - 1e-6)) uv = next, best = distance, moved = true;
+    }
+    if (!moved) break;
+  }
+  return uv;
+}
+
 Eigen::Matrix<double, 3, 2> SurfaceLookup::jacobian(const Place& place) const {
   const auto& tri = surface_.triangles[place.triangle_idx];
   Eigen::Matrix2d duv;

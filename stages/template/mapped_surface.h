@@ -30,6 +30,9 @@ class SurfaceLookup {
   Eigen::Vector3d position(const Place& place) const;
   Eigen::Vector3d normal(const Place& place) const;  ///< interpolated from vertex normals; unit
   Eigen::Vector3d position(const Eigen::Vector2d& uv) const { return position(find(uv)); }
+  /// The place nearest to `target` that a descent from `uv` finds; it stays inside the half square, and on the mirror
+  /// line if it starts there.
+  Eigen::Vector2d descend_to(const Eigen::Vector3d& target, Eigen::Vector2d uv) const;
   /// d(position)/d(u,v) of the triangle there.
   Eigen::Matrix<double, 3, 2> jacobian(const Place& place) const;
 

@@ -7,45 +7,29 @@
 namespace phiz {
 namespace {
 
-/// Point of a centripetal-free Catmull-Rom segment between p1 and p2.
-Eigen::Vector2d catmull_rom(const std::array<Eigen::Vector2d, 4>& p, double t) {
+/// The piece of a curve's spline from its point k to the next, through places on the surface.
+Rail find_rail(const Layout::Curve& curve, const std::vector<HalfMesh::Vertex>& vertices, std::size_t k,
+               const SurfaceLookup& surface) {
+  const std::size_t n = curve.points.size();
+  const auto at = [&](std::size_t i) { return surface.position(vertices[curve.points[i % n]].uv); };
+  const auto image = [](const Eigen::Vector3d& p) { return Eigen::Vector3d(-p[0], p[1], p[2]); };
+  const Eigen::Vector3d a = at(k), b = at(k + 1);
+  Eigen::Vector3d before = 2 * a - b, after = 2 * b - a;
+  if (!curve.corner[k % n] && (curve.closed || k > 0)) before = at(k + n - 1);
+  else if (!curve.corner[k % n] && vertices[curve.points[k]].on_mirror()) before = image(b);
+  if (!curve.corner[(k + 1) % n] && (curve.closed || k + 2 < n)) after = at(k + 2);
+  else if (!curve.corner[(k + 1) % n] && vertices[curve.points[(k + 1) % n]].on_mirror()) after = image(a);
+  return {{before, a, b, after}, 0.5};
+}
+
+}  // namespace
+
+Eigen::Vector3d Rail::at(double t) const {
+  const auto& p = points;
   const double t2 = t * t, t3 = t2 * t;
   return 0.5 * ((2 * p[1]) + (p[2] - p[0]) * t + (2 * p[0] - 5 * p[1] + 4 * p[2] - p[3]) * t2 +
                 (3 * p[1] - p[0] - 3 * p[2] + p[3]) * t3);
 }
-
-/// The four control points of the spline's segment from point k of a curve to the next.
-std::array<Eigen::Vector2d, 4> spline_segment(const Layout::Curve& curve, const std::vector<HalfMesh::Vertex>& vertices,
-                                              std::size_t k) {
-  const std::size_t n = curve.points.size();
-  const auto at = [&](std::size_t i) { return vertices[curve.points[i % n]].uv; };
-  const Eigen::Vector2d a = at(k), b = at(k + 1);
-  Eigen::Vector2d before = 2 * a - b, after = 2 * b - a;
-  const bool mirrored_start = a[0] == 0.5, mirrored_end = b[0] == 0.5;
-  if (!curve.corner[k % n] && (curve.closed || k > 0)) before = at(k + n - 1);
-  else if (!curve.corner[k % n] && mirrored_start) before = {1 - b[0], b[1]};
-  if (!curve.corner[(k + 1) % n] && (curve.closed || k + 2 < n)) after = at(k + 2);
-  else if (!curve.corner[(k + 1) % n] && mirrored_end) after = {1 - a[0], a[1]};
-  return {before, a, b, after};
-}
-
-/// Parameter of the middle in length on the surface.
-double middle_parameter(const std::array<Eigen::Vector2d, 4>& segment, const SurfaceLookup& surface) {
-  constexpr int kSteps = 64;
-  std::array<double, kSteps + 1> length{};
-  Eigen::Vector3d last = surface.position(segment[1]);
-  for (int k = 1; k <= kSteps; ++k) {
-    const Eigen::Vector3d p = surface.position(catmull_rom(segment, static_cast<double>(k) / kSteps));
-    length[k] = length[k - 1] + (p - last).norm();
-    last = p;
-  }
-  int k = 1;
-  while (k < kSteps && length[k] < 0.5 * length[kSteps]) ++k;
-  const double share = (0.5 * length[kSteps] - length[k - 1]) / std::max(length[k] - length[k - 1], 1e-12);
-  return (k - 1 + std::clamp(share, 0.0, 1.0)) / kSteps;
-}
-
-}  // namespace
 
 HalfMesh split_triangles(const HalfMesh& mesh, const Layout& layout, const SurfaceLookup& surface,
                          std::vector<std::vector<int>>& curves) {
@@ -75,17 +59,17 @@ HalfMesh split_triangles(const HalfMesh& mesh, const Layout& layout, const Surfa
         curves[c].push_back(known->second);
         continue;
       }
-      Eigen::Vector2d uv = 0.5 * (mesh.vertices[a].uv + mesh.vertices[b].uv);
+      HalfMesh::Vertex middle;
+      middle.uv = 0.5 * (mesh.vertices[a].uv + mesh.vertices[b].uv);
       const bool straight = (mesh.vertices[a].on_mirror() && mesh.vertices[b].on_mirror()) ||
                             (mesh.vertices[a].on_neck() && mesh.vertices[b].on_neck());
       if (curve.held && !straight) {
-        const auto segment = spline_segment(curve, mesh.vertices, k);
-        uv = catmull_rom(segment, middle_parameter(segment, surface));
+        middle.rail = find_rail(curve, mesh.vertices, k, surface);
+        middle.uv = surface.descend_to(middle.rail->at(0.5), middle.uv);
+        const auto& uv = middle.uv;
+        if (uv[0] <= 0 || uv[0] >= 0.5 || uv[1] <= 0 || uv[1] >= 1) throw InvalidInput("curve '" + curve.name + "' swings out of the half square");
       }
-      if (uv[0] <= 0 || uv[0] > 0.5 || uv[1] <= 0 || uv[1] >= 1) {
-        if (!straight) throw InvalidInput("curve '" + curve.name + "' swings out of the half square");
-      }
-      curves[c].push_back(add_middle(a, b, {uv, curve.held}, static_cast<int>(c)));
+      curves[c].push_back(add_middle(a, b, middle, static_cast<int>(c)));
     }
   }
   for (const auto& t : mesh.triangles) {
@@ -93,8 +77,13 @@ HalfMesh split_triangles(const HalfMesh& mesh, const Layout& layout, const Surfa
     for (int k = 0; k < 3; ++k) {
       const int a = t[k], b = t[(k + 1) % 3];
       const auto known = middles.find(std::minmax(a, b));
-      const Eigen::Vector2d uv = 0.5 * (mesh.vertices[a].uv + mesh.vertices[b].uv);
-      m[k] = known != middles.end() ? known->second : add_middle(a, b, {uv, false}, -1);
+      Eigen::Vector2d uv = 0.5 * (mesh.vertices[a].uv + mesh.vertices[b].uv);
+      const bool on_neck = uv[0] == 0 || uv[1] == 0 || uv[1] == 1;
+      if (known == middles.end() && !on_neck) {
+        const Eigen::Vector3d target = 0.5 * (surface.position(mesh.vertices[a].uv) + surface.position(mesh.vertices[b].uv));
+        uv = surface.descend_to(target, uv);
+      }
+      m[k] = known != middles.end() ? known->second : add_middle(a, b, {uv, false, std::nullopt}, -1);
     }
     fine.triangles.push_back({t[0], m[0], m[2]});
     fine.triangles.push_back({m[0], t[1], m[1]});

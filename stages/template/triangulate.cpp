@@ -68,7 +68,7 @@ class Builder {
   }
 
   HalfMesh result() {
-    for (const auto& p : layout_.points) mesh_.vertices.push_back({p.uv, p.held});
+    for (const auto& p : layout_.points) mesh_.vertices.push_back({p.uv, p.held, std::nullopt});
     for (auto f = triangulation_.finite_faces_begin(); f != triangulation_.finite_faces_end(); ++f) {
       mesh_.triangles.push_back({f->vertex(0)->info(), f->vertex(1)->info(), f->vertex(2)->info()});
     }
@@ -85,14 +85,15 @@ class Builder {
  private:
   void connect(int a, int b, int curve) {
     const std::string who = curve < 0 ? "the border" : "curve '" + layout_.curves[curve].name + "'";
+    Triangulation::Face_handle face;
+    int index = 0;
+    const bool known = triangulation_.is_edge(handles_[a], handles_[b], face, index) && face->is_constrained(index);
     try {
-      triangulation_.insert_constraint(handles_[a], handles_[b]);
+      if (!known) triangulation_.insert_constraint(handles_[a], handles_[b]);
     } catch (const Triangulation::Intersection_of_constraints_exception&) {
       throw InvalidInput(who + " crosses another curve between " + name_of(layout_, a) + " and " +
                          name_of(layout_, b));
     }
-    Triangulation::Face_handle face;
-    int index = 0;
     if (!triangulation_.is_edge(handles_[a], handles_[b], face, index)) {
       throw InvalidInput(who + " runs through another point between " + name_of(layout_, a) + " and " +
                          name_of(layout_, b));

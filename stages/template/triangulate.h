@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -10,11 +11,19 @@
 
 namespace phiz {
 
+/// A piece of a spline in space that a vertex may slide along: Catmull-Rom from points[1] to points[2].
+struct Rail {
+  std::array<Eigen::Vector3d, 4> points;
+  double parameter = 0.5;
+  Eigen::Vector3d at(double t) const;
+};
+
 /// Triangles over points of the half square, with what is known of its edges and vertices.
 struct HalfMesh {
   struct Vertex {
     Eigen::Vector2d uv = Eigen::Vector2d::Zero();
-    bool held = false;  ///< stays where it is
+    bool held = false;         ///< stays where it is
+    std::optional<Rail> rail;  ///< slides along a curve
     bool on_mirror() const { return uv[0] == 0.5; }
     bool on_neck() const { return uv[0] == 0 || uv[1] == 0 || uv[1] == 1; }
   };

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <vector>
+
+#include "formats/control_mesh.h"
+#include "stages/template/layout.h"
+#include "stages/template/mapped_surface.h"
+#include "stages/template/triangulate.h"
+
+namespace phiz {
+
+/// A half mesh unfolded to a whole one: the half's vertices keep their indices, the mirror images of those off the
+/// mirror line follow in order. Triangles of the half first, then their images. mirror[v] as in Annotations.
+ControlMesh unfold(const HalfMesh& half, const std::vector<Eigen::Vector3d>& positions);
+
+/// Regions, landmarks, boxes, bindings, constraints and planes of a layout on the mesh that was unfolded from
+/// `half`. Throws InvalidInput where a region's curves do not close it off from its own mirror image's place
+/// (a region that has both names and reaches the mirror line), and where a seed or landmark is outside.
+void annotate(const Layout& layout, const HalfMesh& half, const SurfaceLookup& surface, ControlMesh& mesh);
+
+}  // namespace phiz
