@@ -1,0 +1,101 @@
+#include "tests/bench/surface_error.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "stages/geometry/normals.h"
+#include "stages/geometry/point_index.h"
+#include "tests/bench/figures.h"
+
+namespace phiz::bench {
+namespace {
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+constexpr float kOutlierMm = 5, kSeenMm = 1, kSamePlaceMm = 0.05f;
+
+Eigen::Matrix4d truth_from_scan(const BenchSubject& subject) {
+  return subject.scan_from_truth.inverse();
+}
+
+double scale_of(const Eigen::Matrix4d& matrix) {
+  return std::cbrt(matrix.topLeftCorner<3, 3>().determinant());
+}
+
+}  // namespace
+
+TruthScene load_truth_scene(const BenchSubject& subject) {
+  TriangleMesh truth = load_truth(subject);
+  SurfaceIndex surface(truth.positions, truth.triangles);
+  const ScanFile scan = read_scan_file(subject.scan);
+  Positions places;
+  places.reserve(scan.points.size());
+  for (const Eigen::Vector3f& p : scan.points.positions) places.push_back(p.cast<double>() + scan.origin);
+  return {std::move(truth), std::move(surface), to_float(transform(truth_from_scan(subject), places))};
+}
+
+double mean_distance(const std::vector<Eigen::Vector3f>& points, const SurfaceIndex& surface) {
+  double sum = 0;
+  for (const SurfaceHit& hit : surface.find_nearest(points, kFar)) sum += hit.distance;
+  return sum / static_cast<double>(points.size());
+}
+
+double box_diagonal(const std::vector<Eigen::Vector3f>& points) {
+  Eigen::AlignedBox3f box;
+  for (const Eigen::Vector3f& point : points) box.extend(point);
+  return box.diagonal().norm();
+}
+
+IngestShares measure_ingest(const BenchSubject& subject, const TruthScene& scene, const FittedHead& fitted,
+                            const GenericHead& head) {
+  const Eigen::Matrix4d truth_from_head = truth_from_scan(subject) * fitted.scan_from_head;
+  const PointIndex kept(to_float(transform(truth_from_head, fitted.cloud.positions)));
+  const double pitch_mm = subject.sample_pitch_scan * scale_of(truth_from_scan(subject));
+  const float reach = subject.has_triangles ? static_cast<float>(pitch_mm) : kSamePlaceMm;
+  const Positions in_head = transform(truth_from_head.inverse(), scene.scan_points);
+  const Plane neck = head.mesh.annotations.clipping_planes.at("neck");
+
+  const std::vector<SurfaceHit> truth = scene.surface.find_nearest(scene.scan_points, kFar);
+  IngestShares shares;
+  std::size_t good = 0, good_kept = 0, outliers_kept = 0;
+  for (std::size_t i = 0; i < scene.scan_points.size(); ++i) {
+    const bool is_kept = kept.find_nearest(scene.scan_points[i], reach).point_idx >= 0;
+    if (truth[i].distance > kOutlierMm) {
+      ++shares.outliers;
+      outliers_kept += is_kept;
+    } else if (neck.normal.dot(in_head[i]) > neck.offset_mm * fitted.head_scale) {
+      ++good;
+      good_kept += is_kept;
+    }
+  }
+  shares.kept_above_neck = static_cast<double>(good_kept) / static_cast<double>(good);
+  shares.dropped_outliers =
+      1 - static_cast<double>(outliers_kept) / static_cast<double>(std::max<std::size_t>(1, shares.outliers));
+  return shares;
+}
+
+SkinErrors measure_skin(const TruthScene& scene, const TruthLabels& labels, const SurfaceIndex& finest,
+                        const std::vector<Eigen::Vector3f>& seen_points) {
+  const PointIndex points(seen_points);
+  const std::vector<Eigen::Vector3f> normals =
+      compute_vertex_normals(std::span<const Eigen::Vector3f>(scene.truth.positions), scene.truth.triangles);
+  SkinErrors errors;
+  std::vector<PointIndex::Neighbour> near;
+  for (int vertex = 0; vertex <= labels.face_last; ++vertex) {
+    if (labels.is_hair[vertex]) continue;
+    const Eigen::Vector3f& place = scene.truth.positions[vertex];
+    points.find_within(place, kSeenMm, near);
+    if (near.empty()) continue;
+    const auto hit = finest.find_nearest(place.cast<double>(), kFar);
+    errors.surface.push_back(hit ? hit->distance : kFar);
+    std::vector<double> offsets;
+    for (const PointIndex::Neighbour& neighbour : near) {
+      offsets.push_back(normals[vertex].dot(seen_points[neighbour.point_idx] - place));
+    }
+    errors.point_medians.push_back(std::abs(median(std::move(offsets))));
+  }
+  return errors;
+}
+
+}  // namespace phiz::bench
