@@ -16,6 +16,11 @@ GlobalFitOptions read_options(TaskContext& context, const ControlMesh& head) {
   options.smooth_weight_first = context.number("smooth_weight_first");
   options.smooth_weight_last = context.number("smooth_weight_last");
   options.rounds = context.whole("rounds");
+  options.soft_rounds = context.whole("soft_rounds");
+  options.soft_weight = context.number("soft_weight");
+  options.soft_rounds = context.whole("soft_rounds");
+  options.soft_weight = context.number("soft_weight");
+  options.neck_weight = context.number("neck_weight");
   options.iterations_per_round = context.whole("iterations_per_round");
   options.tolerance = context.number("tolerance");
   options.binding_weight = context.number("binding_weight");
@@ -25,6 +30,7 @@ GlobalFitOptions read_options(TaskContext& context, const ControlMesh& head) {
   options.reach_mm_first = context.number("reach_mm_first");
   options.reach_mm_last = context.number("reach_mm_last");
   options.slide_weight = context.number("slide_weight");
+  options.neck_weight = context.number("neck_weight");
   const auto neck = head.annotations.clipping_planes.find("neck");
   if (neck == head.annotations.clipping_planes.end()) {
     throw FormatError(context.describe_input("template.json") + ": it has no clipping plane 'neck'");
@@ -54,7 +60,7 @@ void run_fit_global(TaskContext& context) {
     const double done = state.round * options.iterations_per_round + state.iteration;
     std::optional<double> energy;
     if (!state.energies.empty()) energy = state.energies.back();
-    context.progress(done / (options.rounds * options.iterations_per_round), energy);
+    context.progress(done / ((options.rounds + options.soft_rounds) * options.iterations_per_round), energy);
     return true;
   };
   const GlobalFitResult result =

@@ -1,27 +1,40 @@
 #include "orchestrator/tasks/fit_state.h"
 
-#include <array>
 #include <cstring>
 
 namespace phiz {
 namespace {
 
-constexpr std::uint64_t kTag = 0x31746966707a6970;  // changes whenever the layout does
+constexpr std::uint64_t kTag = 0x32746966707a6970;  // changes whenever the layout does
 
 struct Header {
   std::uint64_t tag = kTag;
   std::int32_t round = 0, iteration = 0;
-  std::uint64_t positions = 0, energies = 0;
+  std::uint64_t vertices = 0, energies = 0;
 };
+
+void append(std::string& bytes, const ControlPositions& positions) {
+  for (const Eigen::Vector3d& position : positions) {
+    bytes.append(reinterpret_cast<const char*>(position.data()), 3 * sizeof(double));
+  }
+}
+
+ControlPositions take_positions(std::string_view& bytes, std::size_t count) {
+  ControlPositions positions(count);
+  for (Eigen::Vector3d& position : positions) {
+    std::memcpy(position.data(), bytes.data(), 3 * sizeof(double));
+    bytes.remove_prefix(3 * sizeof(double));
+  }
+  return positions;
+}
 
 }  // namespace
 
 std::string encode_fit_state(const GlobalFitState& state) {
   const Header header{kTag, state.round, state.iteration, state.positions.size(), state.energies.size()};
   std::string bytes(reinterpret_cast<const char*>(&header), sizeof header);
-  for (const Eigen::Vector3d& position : state.positions) {
-    bytes.append(reinterpret_cast<const char*>(position.data()), 3 * sizeof(double));
-  }
+  append(bytes, state.positions);
+  append(bytes, state.round_start);
   bytes.append(reinterpret_cast<const char*>(state.energies.data()), state.energies.size() * sizeof(double));
   return bytes;
 }
@@ -31,20 +44,20 @@ std::optional<GlobalFitState> decode_fit_state(std::string_view bytes, std::size
   if (bytes.size() < sizeof header) return std::nullopt;
   std::memcpy(&header, bytes.data(), sizeof header);
   bytes.remove_prefix(sizeof header);
-  const std::size_t position_bytes = 3 * sizeof(double) * vertex_count;
-  if (header.tag != kTag || header.positions != vertex_count || header.round < 0 || header.iteration < 0 ||
-      bytes.size() < position_bytes || (bytes.size() - position_bytes) / sizeof(double) != header.energies ||
-      (bytes.size() - position_bytes) % sizeof(double) != 0) {
+  const bool is_ours =
+      header.tag == kTag && header.vertices == vertex_count && header.round >= 0 && header.iteration >= 0;
+  const std::size_t doubles = bytes.size() / sizeof(double), position_doubles = 2 * 3 * vertex_count;
+  if (!is_ours || bytes.size() % sizeof(double) != 0 || doubles < position_doubles ||
+      doubles - position_doubles != header.energies) {
     return std::nullopt;
   }
-  GlobalFitState state{header.round, header.iteration, ControlPositions(vertex_count),
-                       std::vector<double>(header.energies)};
-  for (std::size_t i = 0; i < vertex_count; ++i) {
-    std::memcpy(state.positions[i].data(), bytes.data() + 3 * sizeof(double) * i, 3 * sizeof(double));
-  }
-  if (!state.energies.empty()) {
-    std::memcpy(state.energies.data(), bytes.data() + position_bytes, state.energies.size() * sizeof(double));
-  }
+  GlobalFitState state;
+  state.round = header.round;
+  state.iteration = header.iteration;
+  state.positions = take_positions(bytes, vertex_count);
+  state.round_start = take_positions(bytes, vertex_count);
+  state.energies.resize(header.energies);
+  if (!state.energies.empty()) std::memcpy(state.energies.data(), bytes.data(), bytes.size());
   return state;
 }
 

@@ -106,7 +106,9 @@ class SilhouetteSearch {
     for (const Silhouette& s : cloud_) covered += count_pixels(s);
     const double weight = options.pose_weight * static_cast<double>(covered);
     return minimise_powell(
-        [&](const Eigen::VectorXd& q) { return static_cast<double>(white_pixels(q)) + weight * departure(q); },
+        [&](const Eigen::VectorXd& q) {
+          return static_cast<double>(white_pixels(q)) + weight * departure(q);
+        },
         start, powell);
   }
 

@@ -15,9 +15,9 @@ struct AlignOptions {
   int coarse_size = 256, fine_size = 512;  ///< silhouette pixels of the two searches; multiples of 64
   double relative_tolerance = 1e-3;        ///< of Powell's method
   int max_evaluations = 3000;              ///< of each search
-  /// Outlines alone hold a head's nod and size badly. The search pays this share of the covered pixels for each
-  /// 3 degrees of turn, 6 % of stretch or 8 mm of shift away from the pose of `ingest`, squared. 0: the paper's
-  /// count of white pixels alone.
+  /// Outlines alone hold a head's nod and size badly. The search pays this share of the covered pixels for
+  /// each 3 degrees of turn, 6 % of stretch or 8 mm of shift away from the pose of `ingest`, squared. 0: the
+  /// paper's count of white pixels alone.
   double pose_weight = 0.01;
   /// Leave out what lies behind the plane `back`; empty: where the scan has no back.
   std::optional<bool> clip_back;

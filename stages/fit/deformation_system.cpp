@@ -15,8 +15,9 @@ double DeformationSystem::energy(const Positions& x) const {
   double energy = 0;
   for (std::size_t i = 0; i < sample_terms.size(); ++i) {
     const SampleTerm& t = sample_terms[i];
-    const Eigen::Vector3d d = p.row(i).transpose() - t.target;
-    energy += t.weight * std::pow(t.normal.dot(d), 2) + t.point_weight * d.squaredNorm();
+    const Eigen::Vector3d at = p.row(i).transpose();
+    energy += t.weight * std::pow(t.normal.dot(at - t.target), 2) +
+              t.point_weight * (at - t.slide_target).squaredNorm();
   }
   const Positions bend = laplacian_ * x - delta;
   energy += (smooth_weights.array() * bend.rowwise().squaredNorm().array()).sum();
@@ -31,9 +32,11 @@ DeformationSystem::Positions DeformationSystem::gradient(const Positions& x, boo
   Positions at_samples = samples_ * x;
   for (std::size_t i = 0; i < sample_terms.size(); ++i) {
     const SampleTerm& t = sample_terms[i];
-    Eigen::Vector3d d = at_samples.row(i).transpose();
-    if (!homogeneous) d -= t.target;
-    at_samples.row(i) = (t.weight * t.normal.dot(d) * t.normal + t.point_weight * d).transpose();
+    const Eigen::Vector3d at = at_samples.row(i).transpose();
+    const Eigen::Vector3d from_target = homogeneous ? at : at - t.target;
+    const Eigen::Vector3d from_slide = homogeneous ? at : at - t.slide_target;
+    at_samples.row(i) =
+        (t.weight * t.normal.dot(from_target) * t.normal + t.point_weight * from_slide).transpose();
   }
   Positions bend = laplacian_ * x;
   if (!homogeneous) bend -= delta;

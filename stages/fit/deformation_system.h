@@ -9,9 +9,11 @@
 
 namespace phiz {
 
-/// One linearised distance: weight * (normal . (p - target))^2 + point_weight * |p - target|^2 at a surface sample p.
+/// One linearised distance at a surface sample p:
+/// weight * (normal . (p - target))^2 + point_weight * |p - slide_target|^2.
 struct SampleTerm {
   Eigen::Vector3d target = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
+  Eigen::Vector3d slide_target = Eigen::Vector3d::Zero();
   double weight = 0, point_weight = 0;
 };
 
@@ -31,8 +33,8 @@ struct PlaneTerm {
 
 /// The quadratic of one step of the global fit over control positions x (V x 3):
 ///   sum of sample terms at S x  +  sum_i smooth_i |(L x)_i - delta_i|^2  +  pair terms  +  plane terms.
-/// Minimised by conjugate gradients, preconditioned with the Cholesky factor of its isotropic part. Matrix-free in the
-/// samples: O(non-zeros of S) an iteration. One thread, fixed order: deterministic.
+/// Minimised by conjugate gradients, preconditioned with the Cholesky factor of its isotropic part.
+/// Matrix-free in the samples: O(non-zeros of S) an iteration. One thread, fixed order: deterministic.
 class DeformationSystem {
  public:
   using Positions = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
@@ -46,11 +48,13 @@ class DeformationSystem {
   Positions delta;                 ///< wanted Laplacians
 
   double energy(const Positions& x) const;
-  /// Improves x until the residual has fallen by `reduction`, or `max_iterations`. Returns the iterations made.
+  /// Improves x until the residual has fallen by `reduction`, or `max_iterations`. Returns the iterations
+  /// made.
   int solve(Positions& x, double reduction, int max_iterations) const;
 
  private:
-  Positions gradient(const Positions& x, bool homogeneous) const;  ///< half of it; homogeneous: without targets
+  Positions gradient(const Positions& x,
+                     bool homogeneous) const;  ///< half of it; homogeneous: without targets
   const StencilMatrix& samples_;
   const StencilMatrix& laplacian_;
   StencilMatrix samples_transposed_, laplacian_transposed_;

@@ -34,50 +34,56 @@ struct LocalFitResult {
   std::vector<LocalFitBox> boxes;
 };
 
-/// Local fit of ears, nose and mouth (Jeong et al. 2002, 4.2): for each annotated box the affine transform about the
-/// box centre (rotation, translation, scale) that minimises E_dist + E_stretch by Powell's method; the surroundings
-/// follow by an exponential blend with the distance to the feature, so landmarks move along. Paired ears keep each
-/// other's size within reason. Deterministic.
-LocalFitResult fit_local(const ScanSurface& scan, const ControlMesh& generic_head, const ControlPositions& aligned,
-                         const LocalFitOptions& options = {});
+/// Local fit of ears, nose and mouth (Jeong et al. 2002, 4.2): for each annotated box the affine transform
+/// about the box centre (rotation, translation, scale) that minimises E_dist + E_stretch by Powell's method;
+/// the surroundings follow by an exponential blend with the distance to the feature, so landmarks move along.
+/// Paired ears keep each other's size within reason. Deterministic.
+LocalFitResult fit_local(const ScanSurface& scan, const ControlMesh& generic_head,
+                         const ControlPositions& aligned, const LocalFitOptions& options = {});
 
 struct GlobalFitOptions {
-  double smooth_weight_first = 3.0;   ///< lambda of the first round: stiff
-  double smooth_weight_last = 0.004;  ///< lambda of the last round: soft
-  int rounds = 12;                    ///< stiffness falls geometrically over the rounds
-  int iterations_per_round = 3;       ///< at most; a round ends when the energy changes by less than `tolerance`
+  double smooth_weight_first = 100.0;  ///< lambda of the first round: stiff
+  double smooth_weight_last = 20.0;    ///< lambda of the last stiff round
+  int rounds = 8;                      ///< stiffness falls geometrically over these rounds
+  int soft_rounds = 2;                 ///< then the shape reached is the new rest shape and gives way
+  double soft_weight = 0.02;           ///< lambda of the soft rounds
+  int iterations_per_round = 3;  ///< at most; a round ends when the energy changes by less than `tolerance`
   double tolerance = 0.01;
-  double binding_weight = 0.5;        ///< mu: edges behind the ears and between the lips keep their shape
-  double constraint_weight = 0.5;     ///< nu: inner lips follow their surroundings
-  double normal_weight_mm_first = 25.0, normal_weight_mm_last = 3.0;  ///< normals in the search for matches
-  double reach_mm_first = 20.0, reach_mm_last = 3.0;                  ///< farther matches are refused
-  double slide_weight = 0.02;         ///< share of E_dist that also acts along the surface
-  std::optional<Plane> neck;          ///< the neck loop is drawn to this plane (head frame)
+  double binding_weight = 0.5;     ///< mu: edges behind the ears and between the lips keep their shape
+  double constraint_weight = 0.5;  ///< nu: inner lips follow their surroundings
+  double normal_weight_mm_first = 25.0, normal_weight_mm_last = 10.0;  ///< normals in the search for matches
+  double reach_mm_first = 20.0, reach_mm_last = 3.0;                   ///< farther matches are refused
+  double slide_weight = 0.1;  ///< share of E_dist that also acts along the surface
+  double neck_weight = 0.02;  ///< draws the neck loop to the plane below; 50 times that in the soft rounds
+  std::optional<Plane> neck;  ///< where the scan is cut at the neck (head frame)
 };
 
 /// State between two iterations: all that is needed to go on (a checkpoint).
 struct GlobalFitState {
-  int round = 0, iteration = 0;
+  int round = 0, iteration = 0;  ///< the next to be made
   ControlPositions positions;
+  ControlPositions round_start;  ///< positions when the current round began
   std::vector<double> energies;  ///< one an iteration
 };
 
 struct GlobalFitResult {
   ControlPositions positions;
   std::vector<double> energies;
-  double mean_distance_mm = 0;     ///< of the last matches
-  double matched_share = 0;        ///< share of the surface samples with a match
+  double mean_distance_mm = 0;  ///< of the last matches
+  double matched_share = 0;     ///< share of the surface samples with a match
 };
 
 /// Called after every iteration with what has been reached; returning false stops the fit at that point.
 using GlobalFitProgress = std::function<bool(const GlobalFitState&)>;
 
-/// Global fit of the control mesh (Jeong et al. 2002, 4.3): E_dist + lambda E_smooth + mu E_binding + nu E_constraint,
-/// linearised about the matches and solved by preconditioned conjugate gradients, coarse to fine. Beyond the paper:
-/// distances are measured at the vertices of the subdivided surface (Modified Butterfly is linear in the control
-/// vertices), point to plane with a Geman-McClure weight; matches look for like normals; rims of holes are refused;
-/// E_smooth is the thin-plate energy of the deformation relative to the locally rotated start.
-/// `start` resumes from a checkpoint and ends in the same bytes as an uninterrupted run. Deterministic.
+/// Global fit of the control mesh (Jeong et al. 2002, 4.3): E_dist + lambda E_smooth + mu E_binding + nu
+/// E_constraint, linearised about the matches and solved by preconditioned conjugate gradients, coarse to
+/// fine. Beyond the paper: distances are measured at the vertices of the subdivided surface (Modified
+/// Butterfly is linear in the control vertices), point to plane with a Geman-McClure weight; matches look for
+/// like normals; rims of holes are refused; E_smooth is the thin-plate energy of the displacement from the
+/// start, in the soft rounds from the shape reached before: first features find their places by stiff
+/// motions, then the surface gives way along its normals. `resume` goes on from a checkpoint and ends in the
+/// same bytes as an uninterrupted run. Deterministic.
 GlobalFitResult fit_global(const ScanSurface& scan, const ControlMesh& generic_head,
                            const SubdivisionHierarchy& hierarchy, const ControlPositions& start,
                            const GlobalFitOptions& options = {}, const GlobalFitState* resume = nullptr,

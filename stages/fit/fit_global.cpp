@@ -1,8 +1,6 @@
-#include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <memory>
 
 #include "stages/fit/deformation_system.h"
 #include "stages/fit/fit.h"
@@ -29,17 +27,25 @@ std::vector<Eigen::Vector3d> to_vector(const Positions& x) {
 }
 
 struct RoundSettings {
-  double smooth, normal_weight_mm, reach_mm;
+  double smooth, normal_weight_mm, reach_mm, neck_weight;
   int level;
+  bool soft;  ///< bending counts from where the round began, not from the start of the fit
 };
 
 RoundSettings settings_of(const GlobalFitOptions& o, int round) {
+  if (round >= o.rounds)
+    return {o.soft_weight, o.normal_weight_mm_last, o.reach_mm_last, 50 * o.neck_weight, 2, true};
   const double t = o.rounds > 1 ? double(round) / (o.rounds - 1) : 1.0;
   const auto between = [t](double first, double last) { return first * std::pow(last / first, t); };
   return {between(o.smooth_weight_first, o.smooth_weight_last),
-          between(o.normal_weight_mm_first, o.normal_weight_mm_last), between(o.reach_mm_first, o.reach_mm_last),
-          round + 2 >= o.rounds ? 2 : 1};
+          between(o.normal_weight_mm_first, o.normal_weight_mm_last),
+          between(o.reach_mm_first, o.reach_mm_last),
+          o.neck_weight,
+          1,
+          false};
 }
+
+constexpr double kSoftHold = 5.0;  ///< how much harder soft rounds hold samples against sliding
 
 class GlobalFit {
  public:
@@ -51,27 +57,23 @@ class GlobalFit {
         options_(options),
         laplacian_(normalised_laplacian(head.triangles, start)),
         rest_(to_matrix(start)),
-        rest_bend_(laplacian_ * rest_),
-        rings_(head.positions.size()) {
+        rest_bend_(laplacian_ * rest_) {
     for (int level : {1, 2}) {
       samples_[level - 1] = compose_stencils(hierarchy, level);
       measurable_[level - 1] = find_measurable(samples_[level - 1]);
     }
-    for (const auto& t : head.triangles)
-      for (int i = 0; i < 3; ++i) {
-        rings_[t[i]].insert(t[(i + 1) % 3]);
-        rings_[t[i]].insert(t[(i + 2) % 3]);
-      }
+    const HalfEdgeMesh mesh(head.triangles, static_cast<int>(head.positions.size()));
+    for (const auto& loop : mesh.border_loops()) border_.insert(border_.end(), loop.begin(), loop.end());
     systems_[0] = std::make_unique<DeformationSystem>(samples_[0], laplacian_);
     systems_[1] = std::make_unique<DeformationSystem>(samples_[1], laplacian_);
   }
 
   /// One linearisation and solve. Returns the energy before the step under the new matches.
-  double step(Positions& x, const RoundSettings& s) {
+  double step(Positions& x, const Positions& round_start, const RoundSettings& s) {
     DeformationSystem& system = *systems_[s.level - 1];
     match(x, s, system);
-    add_smoothness(x, s, system);
-    add_constraints(s, system);
+    add_smoothness(round_start, s, system);
+    add_constraints(round_start, s, system);
     const double energy = system.energy(x);
     system.solve(x, 1e-2, 40);
     return energy;
@@ -106,13 +108,14 @@ class GlobalFit {
     parallel_for(positions.size(), 256, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         if (!measurable[i]) continue;
-        const auto match = scan_.find_match(positions[i].cast<float>(), normals[i].cast<float>(),
-                                            static_cast<float>(s.normal_weight_mm), static_cast<float>(s.reach_mm));
+        const auto match =
+            scan_.find_match(positions[i].cast<float>(), normals[i].cast<float>(),
+                             static_cast<float>(s.normal_weight_mm), static_cast<float>(s.reach_mm));
         if (match.surfel_idx < 0) continue;
         const Surfel& surfel = scan_.surfels()[match.surfel_idx];
         if (surfel.border > 0.8f && match.distance > 1.5f) continue;
         SampleTerm& t = system.sample_terms[i];
-        t.target = surfel.position.cast<double>();
+        t.target = t.slide_target = surfel.position.cast<double>();
         t.normal = (surfel.normal.cast<double>() + normals[i]).normalized();
         const double along = t.normal.dot(positions[i] - t.target);
         const double relative = along / (0.35 * s.reach_mm);
@@ -120,6 +123,10 @@ class GlobalFit {
         const double alike = std::max(0.0, double(surfel.normal.dot(normals[i].cast<float>())));
         t.weight = unit * robust * alike * alike * (0.1 + surfel.confidence);
         t.point_weight = options_.slide_weight * t.weight * (1 - surfel.border);
+        if (s.soft) {  // features are in place: hold them there instead of pulling
+          t.slide_target = positions[i] - along * t.normal;
+          t.point_weight *= kSoftHold;
+        }
         distances[i] = std::abs(along);
       }
     });
@@ -133,46 +140,28 @@ class GlobalFit {
     matched_share_ = measured > 0 ? matched / measured : 0;
   }
 
-  /// E_smooth: the bending of the start, turned and scaled with its surroundings, is kept.
-  void add_smoothness(const Positions& x, const RoundSettings& s, DeformationSystem& system) const {
-    system.smooth_weights = Eigen::VectorXd::Constant(x.rows(), s.smooth);
+  /// E_smooth: the bending of the start (soft rounds: of the round's start) is kept.
+  void add_smoothness(const Positions& round_start, const RoundSettings& s, DeformationSystem& system) const {
+    system.smooth_weights = Eigen::VectorXd::Constant(round_start.rows(), s.smooth);
     for (const int v : head_.annotations.constrained_vertices)
       system.smooth_weights[v] += options_.constraint_weight;
-    system.delta.resize(x.rows(), 3);
-    parallel_for(x.rows(), 64, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v)
-        system.delta.row(v) = (local_turn(x, static_cast<int>(v)) * rest_bend_.row(v).transpose()).transpose();
-    });
-  }
-
-  /// Similarity that takes the start's neighbourhood (two rings) of v to where it is now.
-  Eigen::Matrix3d local_turn(const Positions& x, int v) const {
-    Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
-    double size = 0;
-    for (const int a : rings_[v]) {
-      for (const int b : rings_[a]) {
-        const Eigen::Vector3d before = (rest_.row(b) - rest_.row(v)).transpose();
-        moments += (x.row(b) - x.row(v)).transpose() * before.transpose();
-        size += before.squaredNorm();
-      }
+    if (s.soft) {
+      system.delta = laplacian_ * round_start;
+    } else {
+      system.delta = rest_bend_;
     }
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(moments, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Eigen::Vector3d signs(1, 1, svd.matrixU().determinant() * svd.matrixV().determinant() < 0 ? -1 : 1);
-    const double scale = std::clamp(svd.singularValues().dot(signs) / std::max(size, 1e-12), 0.5, 2.0);
-    return scale * svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
   }
 
-  void add_constraints(const RoundSettings& s, DeformationSystem& system) const {
+  void add_constraints(const Positions& round_start, const RoundSettings& s,
+                       DeformationSystem& system) const {
+    const Positions& shape = s.soft ? round_start : rest_;
     system.pair_terms.clear();
     for (const auto& [a, b] : head_.annotations.binding_edges)
-      system.pair_terms.push_back({a, b, (rest_.row(a) - rest_.row(b)).transpose(),
-                                   options_.binding_weight * std::min(1.0, s.smooth + 0.05)});
+      system.pair_terms.push_back({a, b, (shape.row(a) - shape.row(b)).transpose(), options_.binding_weight});
     system.plane_terms.clear();
     if (!options_.neck) return;
-    const HalfEdgeMesh mesh(head_.triangles, static_cast<int>(head_.positions.size()));
-    for (const auto& loop : mesh.border_loops())
-      for (const int v : loop)
-        system.plane_terms.push_back({v, options_.neck->normal, options_.neck->offset_mm, 1.0});
+    for (const int v : border_)
+      system.plane_terms.push_back({v, options_.neck->normal, options_.neck->offset_mm, s.neck_weight});
   }
 
   const ScanSurface& scan_;
@@ -181,7 +170,7 @@ class GlobalFit {
   const GlobalFitOptions& options_;
   StencilMatrix laplacian_;
   Positions rest_, rest_bend_;
-  std::vector<std::set<int>> rings_;
+  std::vector<int> border_;
   StencilMatrix samples_[2];
   std::vector<char> measurable_[2];
   std::unique_ptr<DeformationSystem> systems_[2];
@@ -200,22 +189,22 @@ GlobalFitResult fit_global(const ScanSurface& scan, const ControlMesh& generic_h
   if (resume) {
     state = *resume;
   } else {
-    state.positions = start;
+    state.positions = state.round_start = start;
   }
   Positions x = to_matrix(state.positions);
-  for (; state.round < options.rounds; ++state.round, state.iteration = 0) {
+  for (const int rounds = options.rounds + options.soft_rounds; state.round < rounds;) {
     const RoundSettings settings = settings_of(options, state.round);
-    while (state.iteration < options.iterations_per_round) {
-      const double energy = fit.step(x, settings);
-      const bool first = state.iteration == 0;
-      const double before = state.energies.empty() ? 0 : state.energies.back();
-      state.energies.push_back(energy);
-      state.positions = to_vector(x);
-      ++state.iteration;
-      const bool settled = !first && std::abs(before - energy) < options.tolerance * std::abs(before);
-      if (settled) state.iteration = options.iterations_per_round;
-      if (progress && !progress(state)) break;
+    const double energy = fit.step(x, to_matrix(state.round_start), settings);
+    const bool settled = state.iteration > 0 && std::abs(state.energies.back() - energy) <
+                                                    options.tolerance * std::abs(state.energies.back());
+    state.energies.push_back(energy);
+    state.positions = to_vector(x);
+    if (settled || ++state.iteration >= options.iterations_per_round) {
+      ++state.round;
+      state.iteration = 0;
+      state.round_start = state.positions;
     }
+    if (progress && !progress(state)) break;
   }
   if (!x.allFinite()) throw NumericalFailure("the global fit diverged");
   return {to_vector(x), state.energies, fit.mean_distance_mm(), fit.matched_share()};

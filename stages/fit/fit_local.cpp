@@ -22,14 +22,17 @@ struct FeatureTransform {
   Eigen::Matrix3d linear = Eigen::Matrix3d::Identity();
   Eigen::Vector3d centre = Eigen::Vector3d::Zero(), shift = Eigen::Vector3d::Zero();
 
-  FeatureTransform(const Eigen::VectorXd& q, const Eigen::Vector3d& about) : centre(about), shift(q.segment<3>(3)) {
+  FeatureTransform(const Eigen::VectorXd& q, const Eigen::Vector3d& about)
+      : centre(about), shift(q.segment<3>(3)) {
     const Eigen::Vector3d omega = q.head<3>();
     const double angle = omega.norm();
-    const Eigen::Matrix3d turn =
-        angle < 1e-12 ? Eigen::Matrix3d::Identity() : Eigen::AngleAxisd(angle, omega / angle).toRotationMatrix();
+    const Eigen::Matrix3d turn = angle < 1e-12 ? Eigen::Matrix3d::Identity()
+                                               : Eigen::AngleAxisd(angle, omega / angle).toRotationMatrix();
     linear = turn * q.segment<3>(6).array().exp().matrix().asDiagonal();
   }
-  Eigen::Vector3d operator()(const Eigen::Vector3d& p) const { return linear * (p - centre) + centre + shift; }
+  Eigen::Vector3d operator()(const Eigen::Vector3d& p) const {
+    return linear * (p - centre) + centre + shift;
+  }
   Eigen::Vector3d inverse(const Eigen::Vector3d& p) const {
     return linear.inverse() * (p - centre - shift) + centre;
   }
@@ -79,7 +82,8 @@ class FeatureFit {
     const std::size_t wanted = options.samples;
     for (std::size_t i = 0; i < std::min(wanted, dense.size()); ++i)
       samples_.push_back(dense[i * dense.size() / std::min(wanted, dense.size())].cast<double>());
-    const Eigen::AlignedBox3d reach(box_.min().array() - options.reach_mm, box_.max().array() + options.reach_mm);
+    const Eigen::AlignedBox3d reach(box_.min().array() - options.reach_mm,
+                                    box_.max().array() + options.reach_mm);
     const Eigen::AlignedBox3d near(box_.min().array() - 0.4 * options.reach_mm,
                                    box_.max().array() + 0.4 * options.reach_mm);
     std::vector<Eigen::Vector3f> around;
@@ -105,7 +109,8 @@ class FeatureFit {
   double energy(const Eigen::VectorXd& q) const {
     const FeatureTransform transform(q, centre_);
     double model_sum = 0, scan_sum = 0;
-    for (const auto& p : samples_) model_sum += robust(scan_lattice_->at(transform(p).cast<float>()).distance);
+    for (const auto& p : samples_)
+      model_sum += robust(scan_lattice_->at(transform(p).cast<float>()).distance);
     const Eigen::Matrix3d inverse = transform.linear.inverse();
     const Eigen::Vector3d offset = transform.centre + transform.shift;
     int counted = 0;
@@ -143,7 +148,8 @@ class FeatureFit {
   std::unique_ptr<DistanceLattice> scan_lattice_, model_lattice_;
 };
 
-/// Graph distance of every vertex to a feature, and the feature vertex it is nearest to (Dijkstra; ties to the lower index).
+/// Graph distance of every vertex to a feature, and the feature vertex it is nearest to (Dijkstra; ties to
+/// the lower index).
 void spread(const HalfEdgeMesh& mesh, const std::vector<Eigen::Vector3d>& positions, const Feature& feature,
             std::vector<double>& distance, std::vector<int>& nearest) {
   distance.assign(positions.size(), std::numeric_limits<double>::infinity());
@@ -176,13 +182,14 @@ PowellResult minimise_feature(const FeatureFit& fit) {
   powell.initial_steps << 0.06, 0.06, 0.06, 2, 2, 2, 0.06, 0.06, 0.06;
   powell.relative_tolerance = 2e-3;
   powell.max_evaluations = 1200;
-  return minimise_powell([&](const Eigen::VectorXd& q) { return fit.energy(q); }, Eigen::VectorXd::Zero(9), powell);
+  return minimise_powell([&](const Eigen::VectorXd& q) { return fit.energy(q); }, Eigen::VectorXd::Zero(9),
+                         powell);
 }
 
 }  // namespace
 
-LocalFitResult fit_local(const ScanSurface& scan, const ControlMesh& generic_head, const ControlPositions& aligned,
-                         const LocalFitOptions& options) {
+LocalFitResult fit_local(const ScanSurface& scan, const ControlMesh& generic_head,
+                         const ControlPositions& aligned, const LocalFitOptions& options) {
   CONTRACT(aligned.size() == generic_head.positions.size());
   LocalFitResult result{aligned, {}};
   const auto features = find_features(generic_head);
@@ -214,7 +221,7 @@ LocalFitResult fit_local(const ScanSurface& scan, const ControlMesh& generic_hea
       if (nearest[v] < 0) continue;
       const double w = std::exp(-distance[v] / options.blend_mm);
       const Eigen::Vector3d& anchor = aligned[nearest[v]];
-      moved[v] += w * w * ((*transforms[f])(anchor) - anchor);
+      moved[v] += w * w * ((*transforms[f])(anchor)-anchor);
       total[v] += w;
     }
   }

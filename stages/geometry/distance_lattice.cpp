@@ -10,7 +10,8 @@ namespace {
 
 constexpr float kFar = 1e12f;
 
-/// One line of the squared distance transform in cell units: lower envelope of parabolas. `stride` apart in f.
+/// One line of the squared distance transform in cell units: lower envelope of parabolas. `stride` apart in
+/// f.
 struct LineTransform {
   std::vector<float> value, boundary;
   std::vector<int> site;
@@ -96,10 +97,11 @@ DistanceLattice::Sample DistanceLattice::at(const Eigen::Vector3f& p) const {
   Sample sample;
   sample.distance = c0 + f.z() * (c1 - c0);
   const float dx0 = (v[1] - v[0]) + f.y() * ((v[nx + 1] - v[nx]) - (v[1] - v[0]));
-  const float dx1 = (v[plane + 1] - v[plane]) +
-                    f.y() * ((v[plane + nx + 1] - v[plane + nx]) - (v[plane + 1] - v[plane]));
+  const float dx1 =
+      (v[plane + 1] - v[plane]) + f.y() * ((v[plane + nx + 1] - v[plane + nx]) - (v[plane + 1] - v[plane]));
   const float dy0 = c10 - c00, dy1 = c11 - c01;
-  sample.gradient = Eigen::Vector3f(dx0 + f.z() * (dx1 - dx0), dy0 + f.z() * (dy1 - dy0), c1 - c0) * inverse_cell_;
+  sample.gradient =
+      Eigen::Vector3f(dx0 + f.z() * (dx1 - dx0), dy0 + f.z() * (dy1 - dy0), c1 - c0) * inverse_cell_;
   const Eigen::Array3f beyond = (g - inside) * cell_;
   const float outside = beyond.matrix().norm();
   if (outside > 0) {

@@ -6,9 +6,9 @@
 
 namespace phiz {
 
-/// Unsigned distance to a set of points on a dense lattice (exact Euclidean distance transform of the occupied
-/// cells; Felzenszwalb and Huttenlocher 2012), read back by trilinear interpolation with its gradient.
-/// Accurate to about half a cell. Build O(cells); a read is eight values.
+/// Unsigned distance to a set of points on a dense lattice (exact Euclidean distance transform of the
+/// occupied cells; Felzenszwalb and Huttenlocher 2012), read back by trilinear interpolation with its
+/// gradient. Accurate to about half a cell. Build O(cells); a read is eight values.
 class DistanceLattice {
  public:
   /// `cells_along` is the cell count of the longest side of the box that reaches `margin` beyond the points.

@@ -4,7 +4,8 @@
 
 namespace phiz {
 
-PointGrid::PointGrid(std::span<const Eigen::Vector3f> points, float cell, std::size_t max_cells) : cell_(cell) {
+PointGrid::PointGrid(std::span<const Eigen::Vector3f> points, float cell, std::size_t max_cells)
+    : cell_(cell) {
   CONTRACT(cell > 0);
   if (points.empty()) {
     starts_.assign(1, 0);

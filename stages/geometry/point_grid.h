@@ -10,9 +10,9 @@
 namespace phiz {
 
 /// Points sorted into the cells of a dense lattice: neighbourhoods of known radius without a tree.
-/// `order[slot]` is the caller's index of the point in that slot; cells are x-fastest, slots of a cell keep the
-/// caller's order, so visits are in a fixed order. Memory: 4 bytes a cell + 16 bytes a point.
-/// The lattice is coarsened when it would exceed `max_cells`. O(N + cells).
+/// `order[slot]` is the caller's index of the point in that slot; cells are x-fastest, slots of a cell keep
+/// the caller's order, so visits are in a fixed order. Memory: 4 bytes a cell + 16 bytes a point. The lattice
+/// is coarsened when it would exceed `max_cells`. O(N + cells).
 class PointGrid {
  public:
   /// Points must be finite; cell > 0. An empty span gives a grid that finds nothing.

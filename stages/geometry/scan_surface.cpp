@@ -15,16 +15,16 @@ namespace {
 constexpr float kGridCellMm = 1.5f;
 constexpr float kLeastNormalDot = 0.25f;
 
-/// First point of each sheet in each cell stands for it: a sheet is a set of points with normals within 60 degrees.
+/// First point of each sheet in each cell stands for it: a sheet is a set of points with normals within 60
+/// degrees.
 std::vector<int> choose_seeds(const PointCloud& cloud, const PointGrid& cells) {
   std::vector<int> seeds;
   for (std::size_t c = 0; c < cells.cell_count(); ++c) {
     const std::size_t first = seeds.size();
     for (int slot = cells.cell_begin(c); slot < cells.cell_end(c); ++slot) {
       const int i = cells.order()[slot];
-      const bool known = std::any_of(seeds.begin() + first, seeds.end(), [&](int s) {
-        return cloud.normals[s].dot(cloud.normals[i]) > 0.5f;
-      });
+      const bool known = std::any_of(seeds.begin() + first, seeds.end(),
+                                     [&](int s) { return cloud.normals[s].dot(cloud.normals[i]) > 0.5f; });
       if (!known) seeds.push_back(i);
       if (seeds.size() - first == 3) break;
     }
@@ -94,7 +94,8 @@ ScanSurface::Match ScanSurface::find_match(const Eigen::Vector3f& position, cons
   constexpr int kMost = 12;
   std::array<int, kMost> index;
   std::array<float, kMost> squared;
-  const int found = static_cast<int>(tree_->index->knnSearch(position.data(), kMost, index.data(), squared.data()));
+  const int found =
+      static_cast<int>(tree_->index->knnSearch(position.data(), kMost, index.data(), squared.data()));
   Match best;
   float best_cost = std::numeric_limits<float>::max();
   for (int i = 0; i < found; ++i) {
@@ -149,7 +150,8 @@ ScanSurface::Measurement ScanSurface::measure(const Eigen::Vector3f& position, c
     if (std::abs(offset) > reach_mm) return {};
     result.normal = n;
     result.offset_mm = offset;
-    result.confidence = aside > 0.9f ? 0.0f : confidence_sum / weight_sum * std::min(1.0f, 2.0f * (1.0f - aside));
+    result.confidence =
+        aside > 0.9f ? 0.0f : confidence_sum / weight_sum * std::min(1.0f, 2.0f * (1.0f - aside));
     if (std::abs(step) < 0.02f * bandwidth) break;
   }
   return result;

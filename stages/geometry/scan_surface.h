@@ -13,7 +13,8 @@ namespace phiz {
 struct Surfel {
   Eigen::Vector3f position, normal;
   float confidence = 0;
-  float border = 0;  ///< 0 inside the scan, 1 on its rim: offset of the neighbours' centre over half their reach
+  float border =
+      0;  ///< 0 inside the scan, 1 on its rim: offset of the neighbours' centre over half their reach
 };
 
 /// A scan as a surface to be matched and measured against. Built once a fit from an oriented cloud in mm.
@@ -37,13 +38,14 @@ class ScanSurface {
                    float max_distance) const;
 
   struct Measurement {
-    float offset_mm = 0;   ///< along the query's normal, to the local surface
-    float confidence = 0;  ///< 0: nothing there
+    float offset_mm = 0;                               ///< along the query's normal, to the local surface
+    float confidence = 0;                              ///< 0: nothing there
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< of the local surface
   };
-  /// Where the line position + t normal meets the local surface, |t| <= reach_mm. The local surface is the mean of
-  /// the weighted tangent planes (implicit moving least squares; Kolluri 2008) and of the weighted heights: their
-  /// errors on a curved surface are equal and opposite. `bandwidth_mm` grows where points are few or noisy.
+  /// Where the line position + t normal meets the local surface, |t| <= reach_mm. The local surface is the
+  /// mean of the weighted tangent planes (implicit moving least squares; Kolluri 2008) and of the weighted
+  /// heights: their errors on a curved surface are equal and opposite. `bandwidth_mm` grows where points are
+  /// few or noisy.
   Measurement measure(const Eigen::Vector3f& position, const Eigen::Vector3f& normal, float bandwidth_mm,
                       float reach_mm) const;
 

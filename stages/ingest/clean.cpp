@@ -39,7 +39,8 @@ std::vector<int> heap_sizes(const PointGrid& grid) {
         for (int n = 0; n < 13; ++n) {  // the half of the 26 neighbours that comes before
           const Eigen::Vector3i c(x + n % 3 - 1, y + n / 3 % 3 - 1, z + n / 9 - 1);
           if (!grid.contains(c) || !occupied(grid.cell_index(c))) continue;
-          const int a = find_root(parent, static_cast<int>(here)), b = find_root(parent, static_cast<int>(grid.cell_index(c)));
+          const int a = find_root(parent, static_cast<int>(here)),
+                    b = find_root(parent, static_cast<int>(grid.cell_index(c)));
           parent[std::max(a, b)] = std::min(a, b);
         }
       }
@@ -74,7 +75,8 @@ std::vector<char> find_supported(std::span<const Eigen::Vector3f> positions_mm, 
       const bool crowded = grid.cell_end(c) - grid.cell_begin(c) > 32;
       for (int slot = grid.cell_begin(c); slot < grid.cell_end(c); ++slot) {
         int neighbours = -1;  // the point finds itself
-        if (!crowded) grid.for_each_within(grid.sorted_points()[slot], radius_mm, [&](int, float) { ++neighbours; });
+        if (!crowded)
+          grid.for_each_within(grid.sorted_points()[slot], radius_mm, [&](int, float) { ++neighbours; });
         keep[grid.order()[slot]] = crowded || neighbours >= 3;
       }
     }

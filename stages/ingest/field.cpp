@@ -79,7 +79,8 @@ DistanceField compute_distance_field(const PointCloud& cloud, double voxel_mm) {
   const Eigen::Vector3i dims = grid.dimensions();
   const float voxel = grid.cell(), limit = static_cast<float>(field.truncation_mm);
 
-  std::vector<DistanceField> slices(dims.x() + 2 * kBand);  // x-major: the lexicographic order of the coordinates
+  std::vector<DistanceField> slices(dims.x() +
+                                    2 * kBand);  // x-major: the lexicographic order of the coordinates
   parallel_for(slices.size(), 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) {
       const int x = static_cast<int>(s) - kBand;

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "stages/geometry/error.h"
+#include "stages/geometry/normals.h"
 #include "stages/geometry/point_grid.h"
 #include "stages/ingest/clean.h"
 #include "stages/ingest/field.h"
@@ -90,7 +91,8 @@ struct Unit {
 };
 constexpr std::array<Unit, 4> kUnits{{{"mm", 1}, {"cm", 10}, {"in", 25.4}, {"m", 1000}}};
 
-/// The unit in which the head is nearest to the generic head's size; none of them fits: taken to be of that size.
+/// The unit in which the head is nearest to the generic head's size; none of them fits: taken to be of that
+/// size.
 void find_unit(double scan_units_per_mm, const IngestOptions& options, IngestSummary& summary) {
   if (options.mm_per_unit) {
     summary.unit = "stated";
@@ -125,7 +127,8 @@ double compute_coverage(const PointCloud& cloud, const ControlMesh& head, double
   return double(seen) / head.positions.size();
 }
 
-void remove_unwanted(PointCloud& cloud, const ControlMesh& head, const IngestOptions& options, IngestSummary& summary) {
+void remove_unwanted(PointCloud& cloud, const ControlMesh& head, const IngestOptions& options,
+                     IngestSummary& summary) {
   const float spacing = median_spacing(cloud.positions);
   const float radius = std::max(4.5f, 2.5f * spacing);
   Eigen::AlignedBox3f head_box;
@@ -134,14 +137,24 @@ void remove_unwanted(PointCloud& cloud, const ControlMesh& head, const IngestOpt
   const Plane neck = scaled_neck(head, summary.head_scale, options.neck_margin_mm);
 
   std::vector<char> keep(cloud.size());
-  for (std::size_t i = 0; i < keep.size(); ++i) keep[i] = head_box.exteriorDistance(cloud.positions[i]) <= reach;
+  for (std::size_t i = 0; i < keep.size(); ++i)
+    keep[i] = head_box.exteriorDistance(cloud.positions[i]) <= reach;
   summary.removed_far = keep_points(cloud, keep);
-  if (!cloud.positions.empty()) summary.removed_outliers = keep_points(cloud, find_supported(cloud.positions, radius));
+  if (!cloud.positions.empty())
+    summary.removed_outliers = keep_points(cloud, find_supported(cloud.positions, radius));
   keep.resize(cloud.size());
   for (std::size_t i = 0; i < keep.size(); ++i)
     keep[i] = neck.normal.dot(cloud.positions[i].cast<double>()) >= neck.offset_mm;
   summary.removed_below_neck = keep_points(cloud, keep);
   if (cloud.size() < 1000) throw InvalidInput("fewer than 1000 points belong to the head");
+}
+
+OrientationGuide make_guide(const ControlMesh& head, double scale) {
+  OrientationGuide guide;
+  for (const auto& n : compute_vertex_normals(head.positions, head.triangles))
+    guide.normals.push_back(n.cast<float>());
+  for (const auto& p : head.positions) guide.positions.push_back((scale * p).cast<float>());
+  return guide;
 }
 
 }  // namespace
@@ -157,8 +170,9 @@ IngestResult ingest(const ScanFile& scan, const ControlMesh& generic_head, const
   const SimilarityPose& pose = poses.front();
   summary.pose_mismatch = pose.score;
   if (summary.pose_score > options.reject_score)
-    throw InvalidInput("no head was found in the scan (pose score " + std::to_string(summary.pose_score) + ")",
-                       "phiz fits whole heads; --set ingest.reject_score=1 tries all the same");
+    throw InvalidInput(
+        "no head was found in the scan (pose score " + std::to_string(summary.pose_score) + ")",
+        "phiz fits whole heads; --set ingest.reject_score=1 tries all the same");
   find_unit(pose.scale, options, summary);
   summary.head_scale = result.head_scale = pose.scale * summary.mm_per_unit;
   summary.turned_deg = Eigen::AngleAxisd(pose.rotation).angle() * 180 / std::numbers::pi;
@@ -173,7 +187,8 @@ IngestResult ingest(const ScanFile& scan, const ControlMesh& generic_head, const
   remove_unwanted(result.cloud, generic_head, options, summary);
   summary.points_kept = result.cloud.size();
   const float spacing = median_spacing(result.cloud.positions);
-  const NormalEstimate estimate = estimate_normals(result.cloud, std::max(1.6f, 1.6f * spacing));
+  const NormalEstimate estimate = estimate_normals(result.cloud, std::max(1.6f, 1.6f * spacing),
+                                                   make_guide(generic_head, summary.head_scale));
   summary.noise_mm = estimate.noise_mm;
   summary.density_per_mm2 = estimate.density_per_mm2;
   summary.coverage = compute_coverage(result.cloud, generic_head, summary.head_scale);

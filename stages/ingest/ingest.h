@@ -26,28 +26,28 @@ struct IngestSummary {
   std::size_t points_read = 0, points_sampled = 0, points_kept = 0;
   std::size_t removed_non_finite = 0, removed_outliers = 0, removed_below_neck = 0, removed_far = 0;
   double mm_per_unit = 1;
-  std::string unit;           ///< "mm", "cm", "m", "in", "stated" or "unknown" (scaled to the generic head)
-  double head_scale = 1;      ///< size of this head over the generic head's
-  double pose_score = 0;      ///< mean truncated distance over truncation, both ways: 0 perfect, 1 nothing fits
-  double pose_mismatch = 0;   ///< the same for the sharpened pose, with normals
-  double turned_deg = 0;      ///< rotation between the scan's axes and the head's
-  double coverage = 0;        ///< share of the generic head's outer surface that the scan saw
-  double noise_mm = 0;        ///< median distance of a point to the plane of its neighbours
-  double density_per_mm2 = 0; ///< median over the cloud
+  std::string unit;       ///< "mm", "cm", "m", "in", "stated" or "unknown" (scaled to the generic head)
+  double head_scale = 1;  ///< size of this head over the generic head's
+  double pose_score = 0;  ///< mean truncated distance over truncation, both ways: 0 perfect, 1 nothing fits
+  double pose_mismatch = 0;    ///< the same for the sharpened pose, with normals
+  double turned_deg = 0;       ///< rotation between the scan's axes and the head's
+  double coverage = 0;         ///< share of the generic head's outer surface that the scan saw
+  double noise_mm = 0;         ///< median distance of a point to the plane of its neighbours
+  double density_per_mm2 = 0;  ///< median over the cloud
 };
 
 struct IngestResult {
-  PointCloud cloud;                ///< head frame: mm, +y up, +z forward; normals outward, confidence, colour kept
+  PointCloud cloud;  ///< head frame: mm, +y up, +z forward; normals outward, confidence, colour kept
   Eigen::Matrix4d scan_from_head;  ///< head mm -> the scan's frame and units
-  double head_scale = 1;           ///< uniform scale that brings the generic head onto the cloud, about the origin
+  double head_scale = 1;  ///< uniform scale that brings the generic head onto the cloud, about the origin
   DistanceField distance_field;
   IngestSummary summary;
 };
 
-/// Raw scan to a clean, upright head in mm, whatever its axes and units. The head frame is the generic head's own:
-/// its similarity transform onto the scan is searched over all rotations (truncated distance both ways on distance
-/// lattices, then Gauss-Newton), so shoulders, stands and long necks are told apart from the head by shape and cut
-/// at the generic head's neck plane. Throws InvalidInput where there is no usable head.
+/// Raw scan to a clean, upright head in mm, whatever its axes and units. The head frame is the generic head's
+/// own: its similarity transform onto the scan is searched over all rotations (truncated distance both ways
+/// on distance lattices, then Gauss-Newton), so shoulders, stands and long necks are told apart from the head
+/// by shape and cut at the generic head's neck plane. Throws InvalidInput where there is no usable head.
 /// Deterministic. About 0.7 s and 150 bytes a point for 300,000 points on two threads.
 IngestResult ingest(const ScanFile& scan, const ControlMesh& generic_head, const IngestOptions& options = {});
 

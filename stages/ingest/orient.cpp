@@ -4,11 +4,13 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "stages/geometry/error.h"
 #include "stages/geometry/parallel.h"
 #include "stages/geometry/point_grid.h"
+#include "stages/geometry/point_index.h"
 
 namespace phiz {
 namespace {
@@ -80,7 +82,7 @@ class Visibility {
     for (int k = 0; k < 128; ++k) {
       const Eigen::Vector3i c = grid_.coordinates(p + (2.2f + k) * step * direction);
       if (!grid_.contains(c)) return 1.0f;
-      if (occupied_[grid_.cell_index(c)]) return std::min(0.6f, k / 100.0f);
+      if (occupied_[grid_.cell_index(c)]) return std::min(0.2f, k / 100.0f);
     }
     return 1.0f;
   }
@@ -90,10 +92,28 @@ class Visibility {
   std::vector<Eigen::Vector3f> cone_;
 };
 
+/// Which way the guide's surface faces where it runs most alike: in [-1, 1], near 0 far from the guide.
+float guide_vote(const OrientationGuide& guide, const PointIndex& index, const Eigen::Vector3f& p,
+                 const Eigen::Vector3f& n, std::vector<PointIndex::Neighbour>& near) {
+  constexpr float kReachMm = 14.0f, kNormalMm = 10.0f;
+  index.find_nearest(p, 12, near);
+  float best_cost = std::numeric_limits<float>::max(), vote = 0;
+  for (const auto& neighbour : near) {
+    const float along = guide.normals[neighbour.point_idx].dot(n);
+    const float cost = neighbour.squared_distance + 2 * kNormalMm * kNormalMm * (1 - std::abs(along));
+    if (cost >= best_cost) continue;
+    best_cost = cost;
+    vote = along * std::exp(-cost / (kReachMm * kReachMm));
+  }
+  return vote;
+}
+
 /// Turns the normals of each cell's points outward. One line of sight test a cell and sheet.
-void orient(const PointGrid& coarse, std::vector<Eigen::Vector3f>& normals) {
+void orient(const PointGrid& coarse, const OrientationGuide& guide, std::vector<Eigen::Vector3f>& normals) {
   const Visibility visibility(coarse);
+  const PointIndex index(guide.positions);
   parallel_for(coarse.cell_count(), 8192, [&](std::size_t begin, std::size_t end) {
+    std::vector<PointIndex::Neighbour> near;
     for (std::size_t c = begin; c < end; ++c) {
       std::vector<Eigen::Vector3f> sheets;  // outward normals decided so far in this cell
       for (int slot = coarse.cell_begin(c); slot < coarse.cell_end(c); ++slot) {
@@ -106,7 +126,8 @@ void orient(const PointGrid& coarse, std::vector<Eigen::Vector3f>& normals) {
           continue;
         }
         const Eigen::Vector3f& p = coarse.sorted_points()[slot];
-        if (visibility.openness(p, -n) > visibility.openness(p, n)) n = -n;
+        const float sight = visibility.openness(p, n) - visibility.openness(p, -n);
+        if (sight + 0.5f * guide_vote(guide, index, p, n, near) < 0) n = -n;
         sheets.push_back(n);
       }
     }
@@ -121,7 +142,7 @@ float median(std::vector<float> values) {
 
 }  // namespace
 
-NormalEstimate estimate_normals(PointCloud& cloud, float radius_mm) {
+NormalEstimate estimate_normals(PointCloud& cloud, float radius_mm, const OrientationGuide& guide) {
   const std::size_t count = cloud.size();
   const PointGrid grid(cloud.positions, radius_mm);
   cloud.normals.assign(count, Eigen::Vector3f::UnitZ());
@@ -139,7 +160,7 @@ NormalEstimate estimate_normals(PointCloud& cloud, float radius_mm) {
     }
   });
   const PointGrid coarse(cloud.positions, 1.25f * radius_mm);
-  orient(coarse, cloud.normals);
+  orient(coarse, guide, cloud.normals);
   return {median(std::move(distances)), median(std::move(densities))};
 }
 

@@ -9,10 +9,17 @@ struct NormalEstimate {
   double density_per_mm2 = 0;  ///< median number of points a square millimetre of surface
 };
 
-/// Fills `normals` and `confidences` of a cloud in mm from its positions. A normal is that of the plane through all
-/// points within `radius_mm` (doubled where there are fewer than ten), turned to the side from which more rays
-/// escape the cloud: a head is seen from outside, and the two faces of an ear hide each other's inner sides.
-/// Confidence falls with the scatter about the plane. O(N k). Deterministic.
-NormalEstimate estimate_normals(PointCloud& cloud, float radius_mm);
+/// Oriented samples of a surface near the cloud (the generic head in its pose): they decide where sight does
+/// not.
+struct OrientationGuide {
+  std::vector<Eigen::Vector3f> positions, normals;
+};
+
+/// Fills `normals` and `confidences` of a cloud in mm from its positions. A normal is that of the plane
+/// through all points within `radius_mm` (doubled where there are fewer than ten), turned to the side from
+/// which more rays escape the cloud (a head is seen from outside, and the two faces of an ear hide each
+/// other's inner sides), or, in hollows, to the side of the guide. Confidence falls with the scatter about
+/// the plane. O(N k). Deterministic.
+NormalEstimate estimate_normals(PointCloud& cloud, float radius_mm, const OrientationGuide& guide);
 
 }  // namespace phiz

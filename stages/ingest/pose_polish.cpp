@@ -103,7 +103,8 @@ class Polisher {
     Eigen::Vector3d normal;   ///< turned like the sample's
   };
 
-  Match find(const SimilarityPose& pose, const ModelSample& sample, std::vector<PointIndex::Neighbour>& near) const {
+  Match find(const SimilarityPose& pose, const ModelSample& sample,
+             std::vector<PointIndex::Neighbour>& near) const {
     const Eigen::Vector3d q = pose.scale * (pose.rotation * sample.position) + pose.translation;
     const Eigen::Vector3d n = pose.rotation * sample.normal;
     index_.find_nearest(q.cast<float>(), 10, near);
@@ -111,8 +112,8 @@ class Polisher {
     for (const auto& neighbour : near) {
       Eigen::Vector3d m = planes_.normals[neighbour.point_idx].cast<double>();
       if (m.dot(n) < 0) m = -m;
-      const double cost =
-          neighbour.squared_distance / (pose.scale * pose.scale) + kNormalMm * kNormalMm * (m - n).squaredNorm();
+      const double cost = neighbour.squared_distance / (pose.scale * pose.scale) +
+                          kNormalMm * kNormalMm * (m - n).squaredNorm();
       if (best.plane_idx < 0 || cost < best.squared_cost) best = {neighbour.point_idx, cost, m};
     }
     return best;
@@ -126,7 +127,8 @@ class Polisher {
       const Match match = find(pose, sample, near);
       if (match.plane_idx < 0) continue;
       const Eigen::Vector3d y = pose.rotation * sample.position;  // model mm, turned
-      const Eigen::Vector3d target = (planes_.positions[match.plane_idx].cast<double>() - pose.translation) / pose.scale;
+      const Eigen::Vector3d target =
+          (planes_.positions[match.plane_idx].cast<double>() - pose.translation) / pose.scale;
       const double relative = match.squared_cost / (width * width);
       const double w = sample.weight / std::pow(1 + relative, 2);
       accumulate(y, match.normal, match.normal.dot(y - target), w, a, b);

@@ -5,9 +5,9 @@
 #include <numbers>
 #include <set>
 
+#include "stages/geometry/distance_lattice.h"
 #include "stages/geometry/error.h"
 #include "stages/geometry/parallel.h"
-#include "stages/geometry/distance_lattice.h"
 
 namespace phiz {
 namespace {
@@ -74,8 +74,9 @@ class PoseProblem {
     for (const auto& p : model_dense_) model_box_.extend(p);
     if (const auto face = head.annotations.regions.find("face"); face != head.annotations.regions.end())
       for (const int v : face->second) face_box_.extend(head.positions[v].cast<float>());
-    face_box_ = face_box_.isEmpty() ? model_box_
-                                    : Eigen::AlignedBox3f(face_box_.min().array() - 8.0f, face_box_.max().array() + 8.0f);
+    face_box_ = face_box_.isEmpty()
+                    ? model_box_
+                    : Eigen::AlignedBox3f(face_box_.min().array() - 8.0f, face_box_.max().array() + 8.0f);
     model_ = thin(model_dense_, 14.0f);
     scan_.assign(scan.begin(), scan.end());
     coarse_model_ = every_nth(model_, 160);
@@ -145,9 +146,11 @@ class PoseProblem {
       SimilarityPose pose;
       pose.scale = head_height / model_height;
       pose.rotation = model_from_scan_axes.transpose();
-      const Eigen::Vector3f model_anchor(model_box_.center().x(), model_box_.max().y(), model_box_.center().z());
+      const Eigen::Vector3f model_anchor(model_box_.center().x(), model_box_.max().y(),
+                                         model_box_.center().z());
       const Eigen::Vector3f scan_anchor(box.center().x(), top, box.center().z());
-      pose.translation = pose.rotation * (scan_anchor.cast<double>() - pose.scale * model_anchor.cast<double>());
+      pose.translation =
+          pose.rotation * (scan_anchor.cast<double>() - pose.scale * model_anchor.cast<double>());
       out.push_back(pose);
     }
   }
@@ -220,7 +223,8 @@ std::vector<Eigen::Matrix3d> rotation_grid() {
     const Eigen::Vector3d up(r * std::cos(golden * d), y, r * std::sin(golden * d));
     const Eigen::Quaterniond to_up = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitY(), up);
     for (int k = 0; k < kRolls; ++k) {
-      const Eigen::AngleAxisd roll(2 * std::numbers::pi * (k + 0.5 * (d % 2)) / kRolls, Eigen::Vector3d::UnitY());
+      const Eigen::AngleAxisd roll(2 * std::numbers::pi * (k + 0.5 * (d % 2)) / kRolls,
+                                   Eigen::Vector3d::UnitY());
       grid.push_back((to_up * roll).toRotationMatrix().transpose());
     }
   }
@@ -235,14 +239,15 @@ void score_all(const PoseProblem& problem, std::vector<SimilarityPose>& poses, b
                    [](const SimilarityPose& x, const SimilarityPose& y) { return x.score < y.score; });
 }
 
-void refine_all(const PoseProblem& problem, std::vector<SimilarityPose>& poses, int iterations, float width_mm,
-                bool coarse) {
+void refine_all(const PoseProblem& problem, std::vector<SimilarityPose>& poses, int iterations,
+                float width_mm, bool coarse) {
   parallel_for(poses.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) problem.refine(poses[i], iterations, width_mm, coarse);
   });
 }
 
-std::vector<SimilarityPose> distinct(const std::vector<SimilarityPose>& poses, std::size_t most, double apart_rad) {
+std::vector<SimilarityPose> distinct(const std::vector<SimilarityPose>& poses, std::size_t most,
+                                     double apart_rad) {
   std::vector<SimilarityPose> kept;
   for (const auto& pose : poses) {
     const bool is_new = std::none_of(kept.begin(), kept.end(), [&](const SimilarityPose& other) {

@@ -27,11 +27,12 @@ PointCloud sample_soup(const ScanFile& scan, int samples) {
   const bool coloured = scan.points.has_colours();
   for (int i = 0; i < samples; ++i) {
     const double target = (i + 0.5) / samples * total;
-    const std::size_t t_idx =
-        std::min<std::size_t>(std::upper_bound(cumulated.begin(), cumulated.end(), target) - cumulated.begin(),
-                              scan.triangles.size() - 1);
+    const std::size_t t_idx = std::min<std::size_t>(
+        std::upper_bound(cumulated.begin(), cumulated.end(), target) - cumulated.begin(),
+        scan.triangles.size() - 1);
     // R2 sequence (Roberts 2018): additive recurrence with the plastic number.
-    double u = std::fmod(0.5 + 0.7548776662466927 * (i + 1), 1.0), v = std::fmod(0.5 + 0.5698402909980532 * (i + 1), 1.0);
+    double u = std::fmod(0.5 + 0.7548776662466927 * (i + 1), 1.0),
+           v = std::fmod(0.5 + 0.5698402909980532 * (i + 1), 1.0);
     if (u + v > 1) u = 1 - u, v = 1 - v;
     const auto& t = scan.triangles[t_idx];
     const float w0 = static_cast<float>(1 - u - v), w1 = static_cast<float>(u), w2 = static_cast<float>(v);
