@@ -18,9 +18,6 @@ GlobalFitOptions read_options(TaskContext& context, const ControlMesh& head) {
   options.rounds = context.whole("rounds");
   options.soft_rounds = context.whole("soft_rounds");
   options.soft_weight = context.number("soft_weight");
-  options.soft_rounds = context.whole("soft_rounds");
-  options.soft_weight = context.number("soft_weight");
-  options.neck_weight = context.number("neck_weight");
   options.iterations_per_round = context.whole("iterations_per_round");
   options.tolerance = context.number("tolerance");
   options.binding_weight = context.number("binding_weight");
