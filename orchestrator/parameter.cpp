@@ -63,6 +63,18 @@ struct Format {
 
 }  // namespace
 
+Parameter number(const char* name, double value, Range range, const char* unit, const char* doc) {
+  return {name, value, unit, doc, "", range.minimum, range.maximum, {}, ""};
+}
+
+Parameter whole(const char* name, int value, Range range, const char* unit, const char* doc) {
+  return {name, std::int64_t{value}, unit, doc, "", range.minimum, range.maximum, {}, ""};
+}
+
+Parameter choice(const char* name, const char* value, std::vector<std::string> choices, const char* doc) {
+  return {name, std::string(value), "", doc, "", 0, 0, std::move(choices), ""};
+}
+
 std::string format_value(const ParameterValue& value) {
   return std::visit(Format{}, value);
 }

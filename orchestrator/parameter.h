@@ -5,6 +5,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -23,7 +24,20 @@ struct Parameter {
   double maximum = std::numeric_limits<double>::infinity();
   std::vector<std::string> choices;  ///< of texts; empty: any printable ASCII
   std::string option;                ///< "--units" if `phiz fit` has an option of its own for it
+
+  Parameter from(std::string where) && { return source = std::move(where), std::move(*this); }
+  Parameter with_option(std::string name_of_option) && {
+    return option = std::move(name_of_option), std::move(*this);
+  }
 };
+
+struct Range {
+  double minimum, maximum;  ///< inclusive
+};
+// Shorthands for tables; a number without a unit has "".
+Parameter number(const char* name, double value, Range range, const char* unit, const char* doc);
+Parameter whole(const char* name, int value, Range range, const char* unit, const char* doc);
+Parameter choice(const char* name, const char* value, std::vector<std::string> choices, const char* doc);
 
 /// All parameters of one stage, by name.
 using ParameterValues = std::map<std::string, ParameterValue>;

@@ -155,6 +155,8 @@ class SubjectRun {
 
   void keep(const StepPlace& place, const Step& step, Result result) {
     record_.set_current(step.task.name, step.key);
+    // Left behind by a process killed between its commit and this line.
+    if (!options_.is_dry_run) Checkpoint(services_.store, step.key).remove();
     finish(place, {step.task.name, StepOutcome::Status::kKept, {}, std::move(result)});
   }
 

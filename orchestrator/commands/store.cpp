@@ -20,7 +20,8 @@ int run_ls(std::vector<std::string> names, Session& session) {
   const Store store = session.open_store();
   if (names.empty()) names = store.list_subjects();
   for (const std::string& name : names) {
-    for (const auto& [stage, key] : session.get_subject(store, name).results) {
+    const SubjectRecord record = session.get_subject(store, name);
+    for (const auto& [stage, key] : record.results) {
       const auto result = store.find_result(key);
       if (!result) continue;
       for (const auto& [output, object] : result->outputs) {

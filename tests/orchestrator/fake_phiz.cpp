@@ -1,6 +1,8 @@
 #include "tests/orchestrator/fake_phiz.h"
 
+#include <chrono>
 #include <csignal>
+#include <thread>
 
 #include "formats/error.h"
 #include "orchestrator/app.h"
@@ -15,6 +17,7 @@ namespace {
 void begin(FakeStages& stages, const std::string& stage) {
   const std::lock_guard lock(stages.mutex);
   ++stages.runs[stage];
+  stages.on_event("begin " + stage);
   if (stages.fail_at == stage) throw NumericalFailure("did not converge, as the test asked");
 }
 
@@ -40,11 +43,14 @@ void run_join(FakeStages& stages, TaskContext& context) {
     joined = saved->substr(1);
   }
   stages.first_step = step;
+  stages.on_event("resumed " + std::to_string(step));
   const int steps = context.whole("steps");
   for (; step < steps; ++step) {
     if (step == stages.stop_at_step) stages.stop.request(SIGINT);
     const std::string state = static_cast<char>(step) + joined;
     context.save_checkpoint(std::as_bytes(std::span(state)));
+    stages.on_event("saved " + std::to_string(step));
+    std::this_thread::sleep_for(std::chrono::milliseconds(stages.step_milliseconds));
     context.progress(static_cast<double>(step) / steps, context.number("weight") / (step + 1));
     joined += words;
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <set>
@@ -22,6 +23,9 @@ struct FakeStages {
   std::string fail_at;              ///< this stage throws NumericalFailure
   int stop_at_step = -1;            ///< `join` asks for a stop when it reaches this step
   int first_step = -1;              ///< where `join` began: after a checkpoint not at 0
+  int step_milliseconds = 0;        ///< how long a step of `join` takes
+  std::function<void(const std::string&)> on_event = [](const std::string&) {
+  };  ///< "begin join", "saved 3" ...
   StopFlag stop;
   std::mutex mutex;
 };
