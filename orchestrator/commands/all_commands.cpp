@@ -5,6 +5,8 @@ namespace phiz {
 std::vector<Command> list_commands() {
   std::vector<Command> commands = list_light_commands();
   commands.push_back(make_export_command());
+  commands.push_back(make_evaluate_command());
+  commands.push_back(make_synth_command());
   return commands;
 }
 

@@ -110,6 +110,10 @@ struct ScanOptions {
 /// 300,000 points take about 2 s.
 PointCloud scan_surface(const ScanTarget& target, const ScanOptions& options, std::uint64_t seed);
 
+/// A random pose as scans are delivered: one of the 24 axis orientations, up to 20 degrees about a random
+/// axis, up to 400 mm off, and the unit, given as units per mm. Returns scan_from_truth.
+Eigen::Matrix4d draw_scan_pose(std::uint64_t seed, double units_per_mm);
+
 /// The default cut of a capture volume: a slightly tilted plane `depth_mm` under the origin.
 Plane make_capture_plane(double depth_mm, std::uint64_t seed);
 
