@@ -29,10 +29,15 @@ ordered_json read_json(const std::filesystem::path& path, const Session& session
 }
 
 Eigen::Matrix4d read_matrix(const ordered_json& rows) {
-  const Eigen::Matrix4d matrix = matrix_from_json(rows);
+  Eigen::Matrix4d matrix;
+  try {
+    matrix = matrix_from_json(rows);
+  } catch (const nlohmann::json::exception&) {
+    throw FormatError("a pose has four rows of four numbers");
+  }
   const double volume = matrix.topLeftCorner<3, 3>().determinant();
   if (!matrix.allFinite() || !(volume > 0) || matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
-    throw FormatError("the 4x4 matrix is no rotation, scale and shift");
+    throw FormatError("the pose is no rotation, scale and shift");
   }
   return matrix;
 }
@@ -74,7 +79,9 @@ TruthPose read_truth_pose(const std::string& text, const std::string& subject, c
   if (text.starts_with('[')) {
     try {
       pose = read_pose_object(ordered_json::parse(text), subject);
-    } catch (const std::exception& error) {
+    } catch (const nlohmann::json::exception&) {
+      throw UsageError("--truth-from-scan is no JSON");
+    } catch (const FormatError& error) {
       throw UsageError(std::string("--truth-from-scan: ") + error.what());
     }
     return pose;

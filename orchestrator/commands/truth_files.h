@@ -12,8 +12,7 @@
 
 namespace phiz {
 
-/// A truth mesh, in double precision as far as the file has it. Throws FormatError, also for a mesh without
-/// triangles.
+/// A truth mesh. Throws FormatError, also for a mesh without triangles.
 TriangleMesh read_truth_mesh(const std::filesystem::path& path);
 
 /// What a file says of one subject's truth.
