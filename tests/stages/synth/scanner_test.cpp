@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <numbers>
+#include <set>
 
 #include "stages/geometry/error.h"
 #include "stages/geometry/parallel.h"
@@ -172,6 +174,19 @@ TEST(Scanner, ShouldersContinueTheNeckWithoutAGap) {
     const int a = same.neck_loop[i], b = same.neck_loop[(i + 1) % n];
     EXPECT_EQ(edges.count({a, b}) + edges.count({b, a}), 2u);
   }
+}
+
+TEST(ScanPose, IsARotationInTheUnitAndAllAxisOrientationsOccur) {
+  std::set<std::vector<int>> orientations;
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    const Eigen::Matrix3d turn = draw_scan_pose(seed, 0.1).topLeftCorner<3, 3>() / 0.1;
+    EXPECT_LT((turn.transpose() * turn - Eigen::Matrix3d::Identity()).norm(), 1e-12);
+    EXPECT_GT(turn.determinant(), 0);
+    std::vector<int> rounded;  // 20 degrees off leave the largest entries where they were
+    for (int i = 0; i < 9; ++i) rounded.push_back(static_cast<int>(std::lround(turn.data()[i])));
+    orientations.insert(rounded);
+  }
+  EXPECT_EQ(orientations.size(), 24u);
 }
 
 TEST(Scanner, UnusableOptionsAreRefused) {
