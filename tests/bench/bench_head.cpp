@@ -59,10 +59,7 @@ FittedSubjects fit_subjects(const BenchWorld& world) {
     placed.vertices.assign(placed.finest.begin(),
                            placed.finest.begin() + world.head.hierarchy.vertex_count(kCorrespondenceLevel));
     const SurfaceIndex surface(to_float(placed.finest), world.head.hierarchy.triangles(kFinestLevel));
-    const std::vector<Eigen::Vector3f> seen =
-        subject.has_triangles ? to_float(transform(truth_from_head, fitted.cloud.positions))
-                              : scene.scan_points;
-    const SkinErrors skin = measure_skin(scene, world.data.labels, surface, seen);
+    const SkinErrors skin = measure_skin(subject, scene, world.data.labels, fitted, world.head, surface);
     result.skin.insert(result.skin.end(), skin.surface.begin(), skin.surface.end());
     result.names += (result.names.empty() ? "" : " ") + subject.name;
     result.placed.push_back(std::move(placed));

@@ -9,6 +9,8 @@
 namespace phiz::bench {
 namespace {
 
+constexpr std::size_t kFewOutliers = 20;  // a share of fewer says nothing
+
 /// One number a subject, by what it is.
 struct Distances {
   std::vector<double> aligned, local, global, global_mesh, finest,
@@ -49,14 +51,13 @@ Placed take_subject(const BenchWorld& world, const BenchSubject& subject, const 
   distances.ratios.push_back(distances.finest.back() / distances.truth.back());
   const IngestShares shares = measure_ingest(subject, scene, fitted, world.head);
   distances.kept_percent.push_back(100 * shares.kept_above_neck);
-  if (shares.outliers > 0) distances.dropped_percent.push_back(100 * shares.dropped_outliers);
+  if (shares.outliers >= kFewOutliers) distances.dropped_percent.push_back(100 * shares.dropped_outliers);
 
   Placed placed{subject.name, scene.truth, {}, transform(truth_from_head, finest)};
   placed.vertices.assign(placed.finest.begin(),
                          placed.finest.begin() + world.head.hierarchy.vertex_count(kCorrespondenceLevel));
   const SurfaceIndex surface(to_float(placed.finest), triangles);
-  const SkinErrors skin =
-      measure_skin(scene, world.data.labels, surface, subject.has_triangles ? cloud : scene.scan_points);
+  const SkinErrors skin = measure_skin(subject, scene, world.data.labels, fitted, world.head, surface);
   distances.skin.insert(distances.skin.end(), skin.surface.begin(), skin.surface.end());
   distances.skin_medians.insert(distances.skin_medians.end(), skin.point_medians.begin(),
                                 skin.point_medians.end());

@@ -19,6 +19,12 @@ Eigen::Matrix4d truth_from_scan(const BenchSubject& subject) {
   return subject.scan_from_truth.inverse();
 }
 
+/// The generic head's neck plane, brought to the scan by the fit's own pose and size.
+bool is_above_neck(const Eigen::Vector3d& place_in_head, const FittedHead& fitted, const GenericHead& head) {
+  const Plane& neck = head.mesh.annotations.clipping_planes.at("neck");
+  return neck.normal.dot(place_in_head) > neck.offset_mm * fitted.head_scale;
+}
+
 double scale_of(const Eigen::Matrix4d& matrix) {
   return std::cbrt(matrix.topLeftCorner<3, 3>().determinant());
 }
@@ -32,7 +38,12 @@ TruthScene load_truth_scene(const BenchSubject& subject) {
   Positions places;
   places.reserve(scan.points.size());
   for (const Eigen::Vector3f& p : scan.points.positions) places.push_back(p.cast<double>() + scan.origin);
-  return {std::move(truth), std::move(surface), to_float(transform(truth_from_scan(subject), places))};
+  std::vector<bool> is_used(places.size(), scan.triangles.empty());
+  for (const Eigen::Vector3i& triangle : scan.triangles) {
+    for (const int corner : triangle) is_used[corner] = true;
+  }
+  return {std::move(truth), std::move(surface), to_float(transform(truth_from_scan(subject), places)),
+          std::move(is_used)};
 }
 
 double mean_distance(const std::vector<Eigen::Vector3f>& points, const SurfaceIndex& surface) {
@@ -54,8 +65,6 @@ IngestShares measure_ingest(const BenchSubject& subject, const TruthScene& scene
   const double pitch_mm = subject.sample_pitch_scan * scale_of(truth_from_scan(subject));
   const float reach = subject.has_triangles ? static_cast<float>(pitch_mm) : kSamePlaceMm;
   const Positions in_head = transform(truth_from_head.inverse(), scene.scan_points);
-  const Plane neck = head.mesh.annotations.clipping_planes.at("neck");
-
   const std::vector<SurfaceHit> truth = scene.surface.find_nearest(scene.scan_points, kFar);
   IngestShares shares;
   std::size_t good = 0, good_kept = 0, outliers_kept = 0;
@@ -64,7 +73,7 @@ IngestShares measure_ingest(const BenchSubject& subject, const TruthScene& scene
     if (truth[i].distance > kOutlierMm) {
       ++shares.outliers;
       outliers_kept += is_kept;
-    } else if (neck.normal.dot(in_head[i]) > neck.offset_mm * fitted.head_scale) {
+    } else if (scene.is_used[i] && is_above_neck(in_head[i], fitted, head)) {
       ++good;
       good_kept += is_kept;
     }
@@ -75,15 +84,21 @@ IngestShares measure_ingest(const BenchSubject& subject, const TruthScene& scene
   return shares;
 }
 
-SkinErrors measure_skin(const TruthScene& scene, const TruthLabels& labels, const SurfaceIndex& finest,
-                        const std::vector<Eigen::Vector3f>& seen_points) {
+SkinErrors measure_skin(const BenchSubject& subject, const TruthScene& scene, const TruthLabels& labels,
+                        const FittedHead& fitted, const GenericHead& head, const SurfaceIndex& finest) {
+  const Eigen::Matrix4d truth_from_head = truth_from_scan(subject) * fitted.scan_from_head;
+  // The corners of a scan with triangles may lie far apart: what was drawn from them is what was seen.
+  const std::vector<Eigen::Vector3f> seen_points =
+      subject.has_triangles ? to_float(transform(truth_from_head, fitted.cloud.positions))
+                            : scene.scan_points;
   const PointIndex points(seen_points);
+  const Positions in_head = transform(truth_from_head.inverse(), scene.truth.positions);
   const std::vector<Eigen::Vector3f> normals =
       compute_vertex_normals(std::span<const Eigen::Vector3f>(scene.truth.positions), scene.truth.triangles);
   SkinErrors errors;
   std::vector<PointIndex::Neighbour> near;
   for (int vertex = 0; vertex <= labels.face_last; ++vertex) {
-    if (labels.is_hair[vertex]) continue;
+    if (labels.is_hair[vertex] || !is_above_neck(in_head[vertex], fitted, head)) continue;
     const Eigen::Vector3f& place = scene.truth.positions[vertex];
     points.find_within(place, kSeenMm, near);
     if (near.empty()) continue;

@@ -15,6 +15,7 @@ struct TruthScene {
   TriangleMesh truth;
   SurfaceIndex surface;  ///< of the whole truth, eyeballs too
   std::vector<Eigen::Vector3f> scan_points;
+  std::vector<bool> is_used;  ///< false: a corner of no triangle in a scan that has triangles
 };
 
 TruthScene load_truth_scene(const BenchSubject& subject);
@@ -37,14 +38,15 @@ struct IngestShares {
 IngestShares measure_ingest(const BenchSubject& subject, const TruthScene& scene, const FittedHead& fitted,
                             const GenericHead& head);
 
-/// Distances in mm at the true vertices of face and ears, hair left out, that have a scan point within 1 mm.
+/// Distances in mm at the true vertices of face and ears above the neck plane, hair left out, that have a
+/// scan point within 1 mm.
 struct SkinErrors {
   std::vector<double> surface;        ///< to the finished surface
   std::vector<double> point_medians;  ///< to the median plane of those points: the scanner's own noise
 };
 
-/// `finest` is in the truth's frame.
-SkinErrors measure_skin(const TruthScene& scene, const TruthLabels& labels, const SurfaceIndex& finest,
-                        const std::vector<Eigen::Vector3f>& seen_points);
+/// `finest` is the finished surface in the truth's frame.
+SkinErrors measure_skin(const BenchSubject& subject, const TruthScene& scene, const TruthLabels& labels,
+                        const FittedHead& fitted, const GenericHead& head, const SurfaceIndex& finest);
 
 }  // namespace phiz::bench

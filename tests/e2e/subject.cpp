@@ -20,14 +20,14 @@ void require_success(const ProgramRun& run, const std::string& what) {
 
 FittedSubject fitted_subject() {
   const fs::path folder = PHIZ_E2E_FOLDER;
-  const FittedSubject subject{folder / "sample.ply", folder / "sample_truth.ply", folder / "store"};
-  if (!fs::exists(subject.scan) || !fs::exists(subject.truth)) {
+  const FittedSubject subject{folder / "scans/synth007.ply", folder / "truth/synth007.ply", folder / "store"};
+  if (!fs::exists(folder / "subjects.json")) {
     fs::create_directories(folder);
-    require_success(run_program({phiz_program().string(), "synth", "--seed", "7", "-o", subject.scan.string(),
-                                 "--truth", subject.truth.string()}),
+    require_success(run_program({phiz_program().string(), "synth", "-o", folder.string(), "--seed", "7",
+                                 "--points", "100000", "-q"}),
                     "phiz synth");
   }
-  require_success(run_phiz(subject.store, {"fit", subject.scan.string()}), "phiz fit");
+  require_success(run_phiz(subject.store, {"fit", subject.scan.string(), "-q"}), "phiz fit");
   return subject;
 }
 

@@ -13,7 +13,7 @@ namespace phiz::test {
 /// first asked for, then found finished (`phiz fit` does nothing twice). Do not change anything in it.
 struct FittedSubject {
   std::filesystem::path scan, truth, store;
-  std::string name = "sample";
+  std::string name = "synth007";
 };
 
 /// Throws std::runtime_error with what the program said if it cannot be made.
