@@ -8,7 +8,7 @@ namespace phiz {
 namespace {
 
 constexpr std::chrono::milliseconds kProgressPeriod{50};
-constexpr std::chrono::milliseconds kCheckpointPeriod{1000};
+constexpr std::chrono::milliseconds kCheckpointPeriod{250};
 
 }  // namespace
 

@@ -33,7 +33,8 @@ void watch(bool is_json) {
   while (::read(wake_pipe[0], byte.data(), 1) < 0) continue;
   std::this_thread::sleep_for(kGrace);
   const int code = 128 + stop_flag.signal();
-  write_text(STDERR_FILENO, "\nerror: interrupted\nhint: run the same command to continue\n");
+  if (::isatty(STDERR_FILENO) == 1) write_text(STDERR_FILENO, "\r\x1b[K");  // a progress bar may stand there
+  write_text(STDERR_FILENO, "error: interrupted\nhint: run the same command to continue\n");
   if (is_json) write_text(STDOUT_FILENO, "{\"type\":\"exit\",\"code\":" + std::to_string(code) + "}\n");
   ::_exit(code);
 }
