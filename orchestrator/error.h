@@ -17,17 +17,6 @@ class UsageError : public std::runtime_error {
   std::string hint_;
 };
 
-/// A fit that its own checks found wrong: not a head, upside down, collapsed, too far (exit code 14).
-class FitRejected : public std::runtime_error {
- public:
-  explicit FitRejected(const std::string& what, std::string hint = {})
-      : std::runtime_error(what), hint_(std::move(hint)) {}
-  const std::string& hint() const { return hint_; }
-
- private:
-  std::string hint_;
-};
-
 /// The user asked to stop and the work reached a safe point (exit code 128 + signal).
 class Interrupted : public std::runtime_error {
  public:

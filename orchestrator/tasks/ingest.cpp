@@ -66,6 +66,7 @@ void run_ingest(TaskContext& context) {
   options.neck_margin_mm = context.number("neck_margin_mm");
   options.field_voxel_mm = context.number("field_voxel_mm");
   options.reject_score = context.number("reject_score");
+  options.reject_mismatch = context.number("reject_mismatch");
 
   const auto head = load_generic_head(context);
   const ScanFile scan = load_scan(context);

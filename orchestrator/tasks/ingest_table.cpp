@@ -24,6 +24,8 @@ Task describe_ingest() {
       number("neck_margin_mm", defaults.neck_margin_mm, {-200, 1000}, "mm",
              "points are kept so far below the neck plane"),
       number("field_voxel_mm", defaults.field_voxel_mm, {0.2, 20}, "mm", "lattice of the distance field"),
+      number("reject_mismatch", defaults.reject_mismatch, {0, 1}, "",
+             "the same for the sharpened pose, with normals"),
       number("reject_score", defaults.reject_score, {0, 1}, "",
              "pose score above which it is no head (0 is perfect)")};
   return task;

@@ -1,3 +1,4 @@
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -45,7 +46,9 @@ RoundSettings settings_of(const GlobalFitOptions& o, int round) {
           false};
 }
 
-constexpr double kSoftHold = 5.0;  ///< how much harder soft rounds hold samples against sliding
+constexpr double kUnfoldWeight = 10.0;  ///< lambda at folded places
+constexpr double kLeastTurnDot = 0.1;   ///< a triangle turned by more than 84 degrees is folded
+constexpr double kSoftHold = 5.0;       ///< how much harder soft rounds hold samples against sliding
 
 class GlobalFit {
  public:
@@ -72,7 +75,7 @@ class GlobalFit {
   double step(Positions& x, const Positions& round_start, const RoundSettings& s) {
     DeformationSystem& system = *systems_[s.level - 1];
     match(x, s, system);
-    add_smoothness(round_start, s, system);
+    add_smoothness(x, round_start, s, system);
     add_constraints(round_start, s, system);
     const double energy = system.energy(x);
     system.solve(x, 1e-2, 40);
@@ -141,15 +144,33 @@ class GlobalFit {
   }
 
   /// E_smooth: the bending of the start (soft rounds: of the round's start) is kept.
-  void add_smoothness(const Positions& round_start, const RoundSettings& s, DeformationSystem& system) const {
+  void add_smoothness(const Positions& x, const Positions& round_start, const RoundSettings& s,
+                      DeformationSystem& system) const {
     system.smooth_weights = Eigen::VectorXd::Constant(round_start.rows(), s.smooth);
     for (const int v : head_.annotations.constrained_vertices)
       system.smooth_weights[v] += options_.constraint_weight;
+    for (const int v : find_folded(x)) system.smooth_weights[v] += kUnfoldWeight;
     if (s.soft) {
       system.delta = laplacian_ * round_start;
     } else {
       system.delta = rest_bend_;
     }
+  }
+
+  /// Vertices of triangles that face away from where they faced at the start: they are to be straightened.
+  std::vector<int> find_folded(const Positions& x) const {
+    const auto normal = [](const Positions& p, const Eigen::Vector3i& t) -> Eigen::Vector3d {
+      const Eigen::Vector3d a = p.row(t[0]).transpose(), b = p.row(t[1]).transpose(),
+                            c = p.row(t[2]).transpose();
+      return (b - a).cross(c - a).normalized();
+    };
+    std::vector<int> folded;
+    for (const auto& t : head_.triangles)
+      if (normal(x, t).dot(normal(rest_, t)) < kLeastTurnDot)
+        folded.insert(folded.end(), t.data(), t.data() + 3);
+    std::sort(folded.begin(), folded.end());
+    folded.erase(std::unique(folded.begin(), folded.end()), folded.end());
+    return folded;
   }
 
   void add_constraints(const Positions& round_start, const RoundSettings& s,
@@ -176,6 +197,23 @@ class GlobalFit {
   std::unique_ptr<DeformationSystem> systems_[2];
   double mean_distance_mm_ = 0, matched_share_ = 0;
 };
+
+double area_of(const ControlPositions& p, const std::vector<Eigen::Vector3i>& triangles) {
+  double area = 0;
+  for (const auto& t : triangles) area += 0.5 * (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]).norm();
+  return area;
+}
+
+/// A fit that collapsed, blew up or found next to nothing to hold on to is no head.
+void check_result(const GlobalFit& fit, const GlobalFitState& state, const ControlPositions& start,
+                  const std::vector<Eigen::Vector3i>& triangles) {
+  const double grown = area_of(state.positions, triangles) / area_of(start, triangles);
+  if (!(grown > 0.5 && grown < 2.0))
+    throw FitRejected("the head " + std::string(grown > 1 ? "blew up" : "collapsed") + " in the global fit");
+  if (state.energies.empty() || fit.matched_share() >= 0.2) return;
+  throw FitRejected("only " + std::to_string(static_cast<int>(100 * fit.matched_share())) +
+                    " % of the head's surface found the scan");
+}
 
 }  // namespace
 
@@ -206,6 +244,7 @@ GlobalFitResult fit_global(const ScanSurface& scan, const ControlMesh& generic_h
     }
     if (progress && !progress(state)) break;
   }
+  check_result(fit, state, start, generic_head.triangles);
   if (!x.allFinite()) throw NumericalFailure("the global fit diverged");
   return {to_vector(x), state.energies, fit.mean_distance_mm(), fit.matched_share()};
 }

@@ -16,6 +16,17 @@ class InvalidInput : public std::runtime_error {
   std::string hint_;
 };
 
+/// A fit that its own checks found wrong: not a head, collapsed, too far (exit code 14).
+class FitRejected : public std::runtime_error {
+ public:
+  explicit FitRejected(const std::string& what, std::string hint = {})
+      : std::runtime_error(what), hint_(std::move(hint)) {}
+  const std::string& hint() const { return hint_; }
+
+ private:
+  std::string hint_;
+};
+
 /// A computation that did not reach a usable result (exit code 1).
 class NumericalFailure : public std::runtime_error {
  public:

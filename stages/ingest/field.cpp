@@ -1,6 +1,8 @@
 #include "stages/ingest/field.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "stages/geometry/error.h"
 #include "stages/geometry/parallel.h"
@@ -8,6 +10,8 @@
 
 namespace phiz {
 namespace {
+
+constexpr int kBand = 3;
 
 struct CellPlane {
   Eigen::Vector3f position = Eigen::Vector3f::Zero(), normal = Eigen::Vector3f::Zero();
@@ -38,7 +42,51 @@ std::vector<CellPlane> cell_planes(const PointCloud& cloud, const PointGrid& gri
   return planes;
 }
 
-constexpr int kBand = 3;
+/// Which lattice places, kBand cells beyond the grid included, have a used cell within kBand cells along each
+/// axis. Three passes of one axis each.
+class Band {
+ public:
+  Band(const PointGrid& grid, const std::vector<CellPlane>& planes)
+      : dims_(grid.dimensions() + Eigen::Vector3i::Constant(2 * kBand)) {
+    near_.assign(static_cast<std::size_t>(dims_.x()) * dims_.y() * dims_.z(), 0);
+    for (int z = 0; z < grid.dimensions().z(); ++z)
+      for (int y = 0; y < grid.dimensions().y(); ++y)
+        for (int x = 0; x < grid.dimensions().x(); ++x)
+          near_[index({x, y, z})] = planes[grid.cell_index({x, y, z})].used;
+    const std::size_t row = dims_.x(), slice = row * dims_.y();
+    spread(1, dims_.x(), {row, dims_.y()}, {slice, dims_.z()});
+    spread(row, dims_.y(), {1, dims_.x()}, {slice, dims_.z()});
+    spread(slice, dims_.z(), {1, dims_.x()}, {row, dims_.y()});
+  }
+  bool contains(const Eigen::Vector3i& c) const { return near_[index(c)]; }
+
+ private:
+  using Axis = std::pair<std::size_t, int>;  ///< stride, count
+  std::size_t index(const Eigen::Vector3i& c) const {
+    return ((static_cast<std::size_t>(c.z()) + kBand) * dims_.y() + c.y() + kBand) * dims_.x() + c.x() +
+           kBand;
+  }
+  void spread(std::size_t stride, int count, Axis a, Axis b) {
+    std::vector<char> line(count);
+    for (int i = 0; i < a.second; ++i)
+      for (int j = 0; j < b.second; ++j) {
+        char* first = &near_[i * a.first + j * b.first];
+        int last_used = -kBand - 1;
+        for (int k = 0; k < count; ++k) {
+          if (first[k * stride]) last_used = k;
+          line[k] = k - last_used <= kBand;
+        }
+        last_used = count + kBand;
+        for (int k = count - 1; k >= 0; --k) {
+          if (first[k * stride]) last_used = k;
+          line[k] |= last_used - k <= kBand;
+        }
+        for (int k = 0; k < count; ++k) first[k * stride] = line[k];
+      }
+  }
+  Eigen::Vector3i dims_;
+  std::vector<char> near_;
+};
 
 /// Weighted mean of the signed plane distances of the cells around `c`; false where none is in reach.
 bool sample_field(const PointGrid& grid, const std::vector<CellPlane>& planes, const Eigen::Vector3i& c,
@@ -79,6 +127,7 @@ DistanceField compute_distance_field(const PointCloud& cloud, double voxel_mm) {
   const Eigen::Vector3i dims = grid.dimensions();
   const float voxel = grid.cell(), limit = static_cast<float>(field.truncation_mm);
 
+  const Band band(grid, planes);
   std::vector<DistanceField> slices(dims.x() +
                                     2 * kBand);  // x-major: the lexicographic order of the coordinates
   parallel_for(slices.size(), 4, [&](std::size_t begin, std::size_t end) {
@@ -86,6 +135,7 @@ DistanceField compute_distance_field(const PointCloud& cloud, double voxel_mm) {
       const int x = static_cast<int>(s) - kBand;
       for (int y = -kBand; y < dims.y() + kBand; ++y)
         for (int z = -kBand; z < dims.z() + kBand; ++z) {
+          if (!band.contains({x, y, z})) continue;
           float distance, confidence;
           if (!sample_field(grid, planes, {x, y, z}, voxel, distance, confidence)) continue;
           slices[s].coordinates.push_back({x, y, z});

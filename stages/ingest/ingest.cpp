@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 
 #include "stages/geometry/error.h"
@@ -127,10 +128,9 @@ double compute_coverage(const PointCloud& cloud, const ControlMesh& head, double
   return double(seen) / head.positions.size();
 }
 
-void remove_unwanted(PointCloud& cloud, const ControlMesh& head, const IngestOptions& options,
-                     IngestSummary& summary) {
-  const float spacing = median_spacing(cloud.positions);
-  const float radius = std::max(4.5f, 2.5f * spacing);
+void remove_unwanted(PointCloud& cloud, const ControlMesh& head, float spacing_mm,
+                     const IngestOptions& options, IngestSummary& summary) {
+  const float radius = std::max(4.5f, 2.5f * spacing_mm);
   Eigen::AlignedBox3f head_box;
   for (const auto& p : head.positions) head_box.extend((summary.head_scale * p).cast<float>());
   const float reach = 0.35f * head_box.sizes().maxCoeff();  // hair, a crown, a collar
@@ -157,6 +157,14 @@ OrientationGuide make_guide(const ControlMesh& head, double scale) {
   return guide;
 }
 
+[[noreturn]] void reject(const IngestSummary& summary) {
+  char text[120];
+  std::snprintf(text, sizeof text,
+                "no head was found in the scan (mismatch %.2f in place, %.2f with normals)",
+                summary.pose_score, summary.pose_mismatch);
+  throw FitRejected(text, "--set ingest.reject_score=1 --set ingest.reject_mismatch=1 tries all the same");
+}
+
 }  // namespace
 
 IngestResult ingest(const ScanFile& scan, const ControlMesh& generic_head, const IngestOptions& options) {
@@ -166,13 +174,12 @@ IngestResult ingest(const ScanFile& scan, const ControlMesh& generic_head, const
 
   auto poses = search_pose(thin_scan(result.cloud), generic_head);
   summary.pose_score = poses.front().score;
-  polish_poses(result.cloud.positions, generic_head, poses);
+  poses.resize(std::min<std::size_t>(poses.size(), 3));
+  const float spacing = median_spacing(result.cloud.positions);
+  polish_poses(result.cloud.positions, spacing, generic_head, poses);
   const SimilarityPose& pose = poses.front();
   summary.pose_mismatch = pose.score;
-  if (summary.pose_score > options.reject_score)
-    throw InvalidInput(
-        "no head was found in the scan (pose score " + std::to_string(summary.pose_score) + ")",
-        "phiz fits whole heads; --set ingest.reject_score=1 tries all the same");
+  if (summary.pose_score > options.reject_score || pose.score > options.reject_mismatch) reject(summary);
   find_unit(pose.scale, options, summary);
   summary.head_scale = result.head_scale = pose.scale * summary.mm_per_unit;
   summary.turned_deg = Eigen::AngleAxisd(pose.rotation).angle() * 180 / std::numbers::pi;
@@ -184,10 +191,10 @@ IngestResult ingest(const ScanFile& scan, const ControlMesh& generic_head, const
   for (auto& p : result.cloud.positions)
     p = (head_from_scan * (p.cast<double>() - pose.translation)).cast<float>();
 
-  remove_unwanted(result.cloud, generic_head, options, summary);
+  const float spacing_mm = spacing * static_cast<float>(summary.mm_per_unit);
+  remove_unwanted(result.cloud, generic_head, spacing_mm, options, summary);
   summary.points_kept = result.cloud.size();
-  const float spacing = median_spacing(result.cloud.positions);
-  const NormalEstimate estimate = estimate_normals(result.cloud, std::max(1.6f, 1.6f * spacing),
+  const NormalEstimate estimate = estimate_normals(result.cloud, std::max(1.6f, 1.6f * spacing_mm),
                                                    make_guide(generic_head, summary.head_scale));
   summary.noise_mm = estimate.noise_mm;
   summary.density_per_mm2 = estimate.density_per_mm2;

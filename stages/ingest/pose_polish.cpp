@@ -173,10 +173,11 @@ class Polisher {
 
 }  // namespace
 
-void polish_poses(std::span<const Eigen::Vector3f> scan, const ControlMesh& generic_head,
+void polish_poses(std::span<const Eigen::Vector3f> scan, float spacing, const ControlMesh& generic_head,
                   std::vector<SimilarityPose>& poses) {
   if (poses.empty()) return;
-  const Polisher polisher(find_planes(scan, static_cast<float>(3.0 * poses.front().scale)), generic_head);
+  const float cell = std::max(static_cast<float>(3.0 * poses.front().scale), 1.3f * spacing);
+  const Polisher polisher(find_planes(scan, cell), generic_head);
   parallel_for(poses.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) polisher.polish(poses[i]);
   });
