@@ -70,6 +70,7 @@ void declare(CLI::App& parent, const Command& command, const Environment& enviro
              Command::Action& chosen) {
   CLI::App* app = parent.add_subcommand(command.name, command.summary);
   app->fallthrough();
+  app->footer("Options of every command, and exit codes: phiz --help\n");
   for (const Command& child : command.children) declare(*app, child, environment, chosen);
   if (!command.children.empty()) {
     app->require_subcommand(1);
@@ -77,6 +78,21 @@ void declare(CLI::App& parent, const Command& command, const Environment& enviro
   }
   CliOptionSet options(*app);
   app->callback([&chosen, action = command.declare(options, environment)] { chosen = action; });
+}
+
+/// The innermost command the user has named so far.
+struct NamedCommand {
+  const CLI::App* app;
+  std::string parents;  // "phiz store"
+};
+
+NamedCommand find_deepest(const CLI::App& root) {
+  NamedCommand command{&root, ""};
+  while (!command.app->get_subcommands().empty()) {
+    command.parents += (command.parents.empty() ? "" : " ") + command.app->get_name();
+    command.app = command.app->get_subcommands().front();
+  }
+  return command;
 }
 
 }  // namespace
@@ -97,17 +113,12 @@ ParsedCommandLine parse_command_line(std::span<const std::string> arguments, con
   } catch (const CLI::CallForVersion& version) {
     parsed.text = std::string(version.what()) + "\n";
   } catch (const CLI::Success&) {
-    const CLI::App* asked = &app;
-    while (!asked->get_subcommands().empty()) asked = asked->get_subcommands().front();
-    parsed.text = asked->help();
+    const NamedCommand asked = find_deepest(app);
+    parsed.text = asked.app->help(asked.parents);
   } catch (const CLI::Error& error) {
-    const CLI::App* asked = &app;
-    std::string name = "phiz";
-    while (!asked->get_subcommands().empty()) {
-      asked = asked->get_subcommands().front();
-      name += " " + asked->get_name();
-    }
-    throw UsageError(error.what(), "see " + name + " --help");
+    const NamedCommand asked = find_deepest(app);
+    const std::string parents = asked.parents.empty() ? "" : asked.parents + " ";
+    throw UsageError(error.what(), "see " + parents + asked.app->get_name() + " --help");
   }
   return parsed;
 }

@@ -46,8 +46,10 @@ TemplateFiles Session::load_head(const std::optional<std::string>& path) const {
   if (path) return load_template(files(), *path);
   if (const auto variable = find_non_empty(environment_, "PHIZ_TEMPLATE"))
     return load_template(files(), *variable);
-  for (const std::filesystem::path& folder : {environment_.program_folder / "../share/phiz/generic_head",
-                                              std::filesystem::path(PHIZ_SOURCE_GENERIC_HEAD)}) {
+  const std::filesystem::path program = environment_.program_folder;  // bin, or libexec/phiz for the engine
+  for (const std::filesystem::path& folder :
+       {program / "../share/phiz/generic_head", program / "../../share/phiz/generic_head",
+        std::filesystem::path(PHIZ_SOURCE_GENERIC_HEAD)}) {
     if (files().find_status(folder / "head.obj")) return load_template(files(), folder);
   }
   throw FormatError("the generic head that comes with phiz is not there",
