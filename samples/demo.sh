@@ -24,9 +24,10 @@ show fit "$scan"
 show fit "$scan"
 show evaluate "$subject" --truth "$folder/truth/$subject.ply" --truth-from-scan "$folder/subjects.json" \
   | tee "$folder/evaluation.txt"
-for file in head.glb head.ply head.obj head.png; do
+for file in head.glb head.ply head.png; do
   show export "$subject" -o "$folder/$file"
 done
+show export "$subject" -o "$folder/head.obj" --level 3
 show export "$subject" -o "$folder/control.obj" --level 0
 "$phiz" store cat "$subject/align/silhouettes.png" >"$folder/silhouettes.png"
 
@@ -35,7 +36,8 @@ cat <<END
 In $folder:
   scans/$subject.ply   the raw scan: 300,000 points, no known unit or axes, shoulders, hair, outliers
   head.png             look first: the fitted head from several sides
-  head.ply, head.obj   the same surface at the finest level, mm, upright: open it beside the scan
+  head.ply             the same surface at the finest level, mm, upright: open it in any viewer
+  head.obj             one level coarser, with (u,v)
   control.obj          its control mesh: the same vertices, in the same places, for every person
   head.glb             the asset itself: control mesh for any glTF viewer, displacements for phiz
   silhouettes.png      how the generic head was aligned: grey both, red the scan alone, blue the head alone
