@@ -35,7 +35,9 @@ int find_triangle(const HalfMesh& half, const Eigen::Vector2d& uv) {
 
 constexpr double kGrain = 1e6;  ///< files have six decimals: numbers on that grain survive them unchanged
 
-double on_grain(double x) { return std::round(x * kGrain) / kGrain; }
+double on_grain(double x) {
+  return std::round(x * kGrain) / kGrain;
+}
 
 /// Weights in [0,1] with sum 1, on the grain.
 Eigen::Vector3d tidy_weights(Eigen::Vector3d weights) {
@@ -177,7 +179,8 @@ class Annotator {
     for (const auto& box : layout_.boxes) {
       Eigen::AlignedBox3d right;
       for (const int v : mesh_.annotations.regions.at(box.region)) right.extend(mesh_.positions[v]);
-      if (right.isEmpty()) throw InvalidInput("box '" + box.right + "': region '" + box.region + "' is empty");
+      if (right.isEmpty())
+        throw InvalidInput("box '" + box.right + "': region '" + box.region + "' is empty");
       right.min().array() -= box.pad_mm;
       right.max().array() += box.pad_mm;
       mesh_.annotations.boxes[box.right] = right;

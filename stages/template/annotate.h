@@ -9,8 +9,9 @@
 
 namespace phiz {
 
-/// A half mesh unfolded to a whole one: the half's vertices keep their indices, the mirror images of those off the
-/// mirror line follow in order. Triangles of the half first, then their images. mirror[v] as in Annotations.
+/// A half mesh unfolded to a whole one: the half's vertices keep their indices, the mirror images of those
+/// off the mirror line follow in order. Triangles of the half first, then their images. mirror[v] as in
+/// Annotations.
 ControlMesh unfold(const HalfMesh& half, const std::vector<Eigen::Vector3d>& positions);
 
 /// Regions, landmarks, boxes, bindings, constraints and planes of a layout on the mesh that was unfolded from

@@ -1,3 +1,4 @@
+#include "stages/geometry/error.h"
 #include "stages/subdivide/subdivide.h"
 #include "stages/template/annotate.h"
 #include "stages/template/canonical_order.h"
@@ -6,23 +7,22 @@
 #include "stages/template/reference.h"
 #include "stages/template/split.h"
 #include "stages/template/template.h"
-#include "stages/geometry/error.h"
 
 namespace phiz {
 
-MappedSurface map_reference(std::span<const Eigen::Vector3d> positions, std::span<const Eigen::Vector3i> triangles,
-                            const Layout& layout) {
+MappedSurface map_reference(std::span<const Eigen::Vector3d> positions,
+                            std::span<const Eigen::Vector3i> triangles, const Layout& layout) {
   const auto neck = layout.planes.find("neck");
   if (neck == layout.planes.end()) throw InvalidInput("the layout has no plane 'neck'");
   return map_half_head(close_reference(positions, triangles, neck->second), layout.scales);
 }
 
-MappedSurface map_head(const ControlMesh& head) {
+MappedSurface map_head(const ControlMesh& head, const Layout& layout) {
   constexpr int kLevel = 3;
   const SubdivisionHierarchy hierarchy(head.triangles, static_cast<int>(head.positions.size()), kLevel);
   const auto positions = evaluate_surface(hierarchy, head.positions, {}, kLevel);
   const auto uv = evaluate_uv(hierarchy, head.uv, kLevel);
-  MappedSurface half;
+  HalfHead half;
   std::vector<int> renamed(positions.size(), -1);
   for (const auto& t : hierarchy.triangles(kLevel)) {
     if (uv[t[0]][0] > 0.5 || uv[t[1]][0] > 0.5 || uv[t[2]][0] > 0.5) continue;
@@ -31,17 +31,18 @@ MappedSurface map_head(const ControlMesh& head) {
       if (renamed[t[k]] < 0) {
         renamed[t[k]] = static_cast<int>(half.positions.size());
         half.positions.push_back(positions[t[k]]);
-        half.uv.push_back(uv[t[k]]);
+        if (uv[t[k]][0] == 0.5) half.positions.back()[0] = 0;
       }
       corners[k] = renamed[t[k]];
     }
     half.triangles.push_back(corners);
   }
   if (half.triangles.empty()) throw InvalidInput("the head has no right half");
-  return half;
+  return map_half_head(half, layout.scales);
 }
 
-ControlMesh build_generic_head(const Layout& layout, const MappedSurface& surface, const TemplateOptions& options) {
+ControlMesh build_generic_head(const Layout& layout, const MappedSurface& surface,
+                               const TemplateOptions& options) {
   const SurfaceLookup lookup(surface);
   HalfMesh coarse = triangulate_layout(layout);
   for (int round = 0; round < options.coarse_rounds; ++round) {
@@ -54,6 +55,8 @@ ControlMesh build_generic_head(const Layout& layout, const MappedSurface& surfac
   relax(fine, lookup, options.relax_sweeps);
   ControlMesh mesh = unfold(fine, lift(fine, lookup));
   annotate(layout, fine, lookup, mesh);
+  fit_limit(mesh, lookup, options.limit);
+  relax_domain(fine, mesh, options.domain);
   canonicalise_order(mesh);
   return mesh;
 }

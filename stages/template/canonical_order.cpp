@@ -17,7 +17,8 @@ struct Returned {
   std::vector<Eigen::Vector3i> triangles;
 };
 
-Returned send_through_codec(const std::vector<Eigen::Vector3i>& triangles, std::size_t vertex_count, int speed) {
+Returned send_through_codec(const std::vector<Eigen::Vector3i>& triangles, std::size_t vertex_count,
+                            int speed) {
   draco::Mesh mesh;
   mesh.set_num_points(static_cast<std::uint32_t>(vertex_count));
   mesh.SetNumFaces(triangles.size());
@@ -27,13 +28,15 @@ Returned send_through_codec(const std::vector<Eigen::Vector3i>& triangles, std::
     for (int k = 0; k < 3; ++k) face[k] = draco::PointIndex(static_cast<std::uint32_t>(corners[(k + 2) % 3]));
     mesh.SetFace(draco::FaceIndex(static_cast<std::uint32_t>(t)), face);
   }
-  // Positions that are all different, so that the codec merges none, and that carry the vertex's number exactly.
+  // Positions that are all different, so that the codec merges none, and that carry the vertex's number
+  // exactly.
   draco::GeometryAttribute attribute;
   attribute.Init(draco::GeometryAttribute::POSITION, nullptr, 3, draco::DT_INT32, false, 12, 0);
   const int id = mesh.AddAttribute(attribute, true, static_cast<std::uint32_t>(vertex_count));
   for (std::size_t v = 0; v < vertex_count; ++v) {
     const std::array<std::int32_t, 3> row = {static_cast<std::int32_t>(v), 0, 0};
-    mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(static_cast<std::uint32_t>(v)), row.data());
+    mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(static_cast<std::uint32_t>(v)),
+                                          row.data());
   }
   draco::ExpertEncoder encoder(mesh);
   encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
@@ -134,7 +137,8 @@ void canonicalise_order(ControlMesh& mesh) {
 }
 
 bool is_canonical_order(const ControlMesh& mesh) {
-  return std::all_of(std::begin(kSpeeds), std::end(kSpeeds), [&](int speed) { return is_fixed_point(mesh, speed); });
+  return std::all_of(std::begin(kSpeeds), std::end(kSpeeds),
+                     [&](int speed) { return is_fixed_point(mesh, speed); });
 }
 
 }  // namespace phiz

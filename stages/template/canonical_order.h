@@ -4,11 +4,11 @@
 
 namespace phiz {
 
-/// Puts vertices and triangles into an order in which Draco's edgebreaker codec returns them; the annotations follow.
-/// The codec starts at the first triangle it is given and returns that one last, so no mesh comes back as it went
-/// in. But one in this order comes back exactly if its triangles are handed over last first, and each with its last
-/// corner first. The order depends on the connectivity alone and is the same at every speed.
-/// Throws NumericalFailure if there is none.
+/// Puts vertices and triangles into an order in which Draco's edgebreaker codec returns them; the annotations
+/// follow. The codec starts at the first triangle it is given and returns that one last, so no mesh comes
+/// back as it went in. But one in this order comes back exactly if its triangles are handed over last first,
+/// and each with its last corner first. The order depends on the connectivity alone and is the same at every
+/// speed. Throws NumericalFailure if there is none.
 void canonicalise_order(ControlMesh& mesh);
 
 /// Whether encoding in this way and decoding leaves every vertex and every triangle in its place.

@@ -30,7 +30,9 @@ double min_angle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen
 }
 
 /// Rises steeply below 26 degrees.
-double angle_cost(double angle) { return -3 * angle + (angle < 0.45 ? 8 * (0.45 - angle) : 0); }
+double angle_cost(double angle) {
+  return -3 * angle + (angle < 0.45 ? 8 * (0.45 - angle) : 0);
+}
 
 class Flipper {
  public:
@@ -93,7 +95,9 @@ class Flipper {
     }
     return found->second;
   }
-  double angle_of(int a, int b, int c) const { return min_angle(positions_[a], positions_[b], positions_[c]); }
+  double angle_of(int a, int b, int c) const {
+    return min_angle(positions_[a], positions_[b], positions_[c]);
+  }
 
   int try_flip(int a, int b) {
     const auto first = opposite_.find({a, b}), second = opposite_.find({b, a});
@@ -105,7 +109,8 @@ class Flipper {
     const auto& v = mesh_.vertices;
     if (doubled_area(v[c].uv, v[a].uv, v[d].uv) <= kMinArea) return 0;
     if (doubled_area(v[d].uv, v[b].uv, v[c].uv) <= kMinArea) return 0;
-    double before = options_.chord_weight * chord_cost(a, b), after = options_.chord_weight * chord_cost(c, d);
+    double before = options_.chord_weight * chord_cost(a, b),
+           after = options_.chord_weight * chord_cost(c, d);
     for (const int w : {a, b, c, d}) {
       before += options_.valence_weight * valence_cost(w, 0);
       after += options_.valence_weight * valence_cost(w, w == a || w == b ? -1 : 1);
@@ -143,14 +148,17 @@ class Relaxer {
 
   void sweep() {
     for (int v = 0; v < static_cast<int>(mesh_.vertices.size()); ++v) {
-      if (mesh_.vertices[v].rail) slide(v);
-      else if (!mesh_.vertices[v].held && !mesh_.vertices[v].on_neck()) move(v);
+      if (mesh_.vertices[v].rail)
+        slide(v);
+      else if (!mesh_.vertices[v].held && !mesh_.vertices[v].on_neck())
+        move(v);
     }
   }
 
  private:
   /// Cost of the triangles around v if it were at uv; infinite where one folds.
-  double cost(int v, const Eigen::Vector2d& uv, const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const {
+  double cost(int v, const Eigen::Vector2d& uv, const Eigen::Vector3d& p,
+              const Eigen::Vector3d& normal) const {
     double sum = 0;
     for (const int t : around_[v]) {
       const auto& tri = mesh_.triangles[t];
@@ -158,12 +166,14 @@ class Relaxer {
       while (tri[k] != v) ++k;
       const int b = tri[(k + 1) % 3], c = tri[(k + 2) % 3];
       if (doubled_area(uv, mesh_.vertices[b].uv, mesh_.vertices[c].uv) <= kMinArea) return kInfinity;
-      const Eigen::Vector3d e1 = positions_[b] - p, e2 = positions_[c] - p, e3 = positions_[c] - positions_[b];
+      const Eigen::Vector3d e1 = positions_[b] - p, e2 = positions_[c] - p,
+                            e3 = positions_[c] - positions_[b];
       const Eigen::Vector3d cross = e1.cross(e2);
       const double area2 = cross.norm();
       if (cross.dot(normal) <= -0.5 * area2 || area2 < 1e-9) return kInfinity;
-      const double ratio = (e1.squaredNorm() + e2.squaredNorm() + e3.squaredNorm()) / (2 * std::sqrt(3.0) * area2);
-      sum += ratio * ratio;
+      const double ratio =
+          (e1.squaredNorm() + e2.squaredNorm() + e3.squaredNorm()) / (2 * std::sqrt(3.0) * area2);
+      sum += std::pow(ratio, 6);
     }
     return sum;
   }
@@ -209,7 +219,8 @@ class Relaxer {
     const Eigen::Matrix<double, 3, 2> jacobian = surface_.jacobian(place);
     const Eigen::Matrix2d metric = jacobian.transpose() * jacobian;
     Eigen::Matrix2d to_uv = Eigen::LLT<Eigen::Matrix2d>(metric).matrixU().solve(Eigen::Matrix2d::Identity());
-    if (vertex.on_mirror()) to_uv = Eigen::Vector2d(0, 1 / std::sqrt(metric(1, 1))) * Eigen::RowVector2d(1, 0);
+    if (vertex.on_mirror())
+      to_uv = Eigen::Vector2d(0, 1 / std::sqrt(metric(1, 1))) * Eigen::RowVector2d(1, 0);
     const auto at = [&](const Eigen::Vector2d& step, Eigen::Vector2d& uv, Eigen::Vector3d& p) {
       uv = vertex.uv + to_uv * step;
       if (uv[0] <= 0 || uv[1] <= 0 || uv[1] >= 1 || uv[0] > 0.5 || (uv[0] == 0.5) != vertex.on_mirror()) {
@@ -220,11 +231,12 @@ class Relaxer {
       return cost(v, uv, p, surface_.normal(there));
     };
     Eigen::Vector2d uv;
-    Eigen::Vector3d p;
+    Eigen::Vector3d p = positions_[v];
     const double h = 0.02 * edge;
     Eigen::Vector2d gradient;
     for (int k = 0; k < 2; ++k) {
-      const double plus = at(h * Eigen::Vector2d::Unit(k), uv, p), minus = at(-h * Eigen::Vector2d::Unit(k), uv, p);
+      const double plus = at(h * Eigen::Vector2d::Unit(k), uv, p),
+                   minus = at(-h * Eigen::Vector2d::Unit(k), uv, p);
       gradient[k] = std::isfinite(plus) && std::isfinite(minus) ? plus - minus
                     : std::isfinite(plus)                       ? -1.0
                     : std::isfinite(minus)                      ? 1.0

@@ -14,13 +14,13 @@ struct FlipOptions {
   int max_rounds = 30;
 };
 
-/// Flips edges that belong to no curve where that improves angles on the surface, valences and closeness to the
-/// surface together. One-to-one in (u,v) stays so. Deterministic. Returns the number of flips.
+/// Flips edges that belong to no curve where that improves angles on the surface, valences and closeness to
+/// the surface together. One-to-one in (u,v) stays so. Deterministic. Returns the number of flips.
 int flip_edges(HalfMesh& mesh, const SurfaceLookup& surface, const FlipOptions& options = {});
 
-/// Moves the vertices that are not held along the surface towards even triangles, sweep by sweep (the sum of squared
-/// inverse mean ratios of the triangles around a vertex goes down). Border and mirror line stay. Vertices on the
-/// mirror line slide along it. (u,v) stays one-to-one. Deterministic.
+/// Moves the vertices that are not held along the surface towards even triangles, sweep by sweep (the sum of
+/// squared inverse mean ratios of the triangles around a vertex goes down). Border and mirror line stay.
+/// Vertices on the mirror line slide along it. (u,v) stays one-to-one. Deterministic.
 void relax(HalfMesh& mesh, const SurfaceLookup& surface, int sweeps);
 
 /// Smallest angle of each triangle in degrees.

@@ -45,8 +45,9 @@ struct Statement {
     return (first >= '0' && first <= '9') || first == '-' || first == '.';
   }
   void expect_size(std::size_t size) const {
-    if (words.size() != size) fail("'" + words[0] + "' has " + std::to_string(words.size() - 1) + " words, not " +
-                                   std::to_string(size - 1));
+    if (words.size() != size)
+      fail("'" + words[0] + "' has " + std::to_string(words.size() - 1) + " words, not " +
+           std::to_string(size - 1));
   }
 };
 
@@ -70,11 +71,16 @@ class Parser {
  private:
   void dispatch(const Statement& s) {
     static const std::map<std::string, void (Parser::*)(const Statement&)> kStatements = {
-        {"point", &Parser::add_point},       {"free", &Parser::add_free},
-        {"curve", &Parser::add_curve},       {"flow", &Parser::add_curve},
-        {"region", &Parser::add_region},     {"landmark", &Parser::add_landmark},
-        {"box", &Parser::add_box},           {"bind", &Parser::add_binding},
-        {"constrain", &Parser::add_constraint}, {"plane", &Parser::add_plane},
+        {"point", &Parser::add_point},
+        {"free", &Parser::add_free},
+        {"curve", &Parser::add_curve},
+        {"flow", &Parser::add_curve},
+        {"region", &Parser::add_region},
+        {"landmark", &Parser::add_landmark},
+        {"box", &Parser::add_box},
+        {"bind", &Parser::add_binding},
+        {"constrain", &Parser::add_constraint},
+        {"plane", &Parser::add_plane},
         {"scale", &Parser::add_scale}};
     const auto found = kStatements.find(s.words[0]);
     if (found == kStatements.end()) s.fail("unknown statement '" + s.words[0] + "'");
@@ -154,7 +160,8 @@ class Parser {
     region.right = region.left = s.word(1);
     std::size_t k = 2;
     if (s.word(2) != "at" && s.word(2) != "also") region.left = s.word(k++);
-    if (has_region(region.right) || has_region(region.left)) s.fail("region '" + s.word(1) + "' is there already");
+    if (has_region(region.right) || has_region(region.left))
+      s.fail("region '" + s.word(1) + "' is there already");
     if (k < s.words.size() && s.words[k] == "at") {
       for (++k; k < s.words.size() && s.is_number(k); k += 2) region.seeds.push_back(half_uv(s, k));
     }
@@ -177,8 +184,10 @@ class Parser {
   void add_landmark(const Statement& s) {
     Layout::Landmark mark;
     mark.right = mark.left = s.word(1);
-    if (s.words.size() == 5) mark.left = s.word(2);
-    else s.expect_size(4);
+    if (s.words.size() == 5)
+      mark.left = s.word(2);
+    else
+      s.expect_size(4);
     mark.uv = half_uv(s, s.words.size() - 2);
     layout_.landmarks.push_back(mark);
   }
@@ -186,8 +195,10 @@ class Parser {
   void add_box(const Statement& s) {
     Layout::Box box;
     box.right = box.left = s.word(1);
-    if (s.words.size() == 5) box.left = s.word(2);
-    else s.expect_size(4);
+    if (s.words.size() == 5)
+      box.left = s.word(2);
+    else
+      s.expect_size(4);
     box.region = s.word(s.words.size() - 2);
     if (!has_region(box.region)) s.fail("no region '" + box.region + "'");
     box.pad_mm = s.number(s.words.size() - 1);
@@ -217,7 +228,8 @@ class Parser {
   void add_scale(const Statement& s) {
     s.expect_size(7);
     Layout::Scale scale{s.number(1), {s.number(2), s.number(3), s.number(4)}, s.number(5), s.number(6)};
-    if (scale.scale <= 0 || scale.inner_mm < 0 || scale.outer_mm <= scale.inner_mm) s.fail("no sensible scale");
+    if (scale.scale <= 0 || scale.inner_mm < 0 || scale.outer_mm <= scale.inner_mm)
+      s.fail("no sensible scale");
     layout_.scales.push_back(scale);
   }
 
@@ -228,6 +240,8 @@ class Parser {
 
 }  // namespace
 
-Layout parse_layout(std::istream& in) { return Parser().parse(in); }
+Layout parse_layout(std::istream& in) {
+  return Parser().parse(in);
+}
 
 }  // namespace phiz

@@ -14,17 +14,21 @@ namespace phiz {
 ///
 ///   point NAME U V                      a point with a name
 ///   free U V                            a point without one; it may move along the surface
-///   curve NAME [closed] P...            edges from point to point; a spline through them is followed by the split
-///                                       mesh and its points stay where they are. `P!` is a corner of the spline
+///   curve NAME [closed] P...            edges from point to point; a spline through them is followed by the
+///   split
+///                                       mesh and its points stay where they are. `P!` is a corner of the
+///                                       spline
 ///   flow NAME [closed] P...             edges from point to point; its points may move
-///   region RIGHT [LEFT] at U V... within CURVE...   flooded from (U,V) up to the curves; LEFT names the mirror image
+///   region RIGHT [LEFT] at U V... within CURVE...   flooded from (U,V) up to the curves; LEFT names the
+///   mirror image
 ///                                       (without it the region is both); `also REGION...` adds whole regions
 ///   landmark RIGHT [LEFT] U V
 ///   box RIGHT [LEFT] REGION PAD_MM      bounding box of a region
 ///   bind P Q                            these two are held together by the fit
 ///   constrain REGION                    its vertices are held by their surroundings, not by the scan
 ///   plane NAME NY NZ OFFSET_MM          clipping plane; `neck` cuts the reference
-///   scale S X Y Z R0 R1                 (u,v) size sought near (X,Y,Z) mm of the reference, fading from R0 to R1
+///   scale S X Y Z R0 R1                 (u,v) size sought near (X,Y,Z) mm of the reference, fading from R0
+///   to R1
 /// Points with u = 1/2 lie on the mirror line, those with u = 0, v = 0 or v = 1 on the neck loop.
 struct Layout {
   struct Point {
@@ -41,7 +45,7 @@ struct Layout {
   struct Region {
     std::string right, left;  ///< equal where the region is on both sides
     std::vector<Eigen::Vector2d> seeds;
-    std::vector<int> walls;            ///< curves
+    std::vector<int> walls;              ///< curves
     std::vector<std::string> including;  ///< earlier regions
   };
   struct Landmark {
@@ -69,8 +73,8 @@ struct Layout {
   std::vector<Scale> scales;
 };
 
-/// Reads a layout. Throws FormatError with the line: unknown statements, unknown or repeated names, numbers that
-/// are none, points outside the half square, two points in one place, curves that touch a point twice.
+/// Reads a layout. Throws FormatError with the line: unknown statements, unknown or repeated names, numbers
+/// that are none, points outside the half square, two points in one place, curves that touch a point twice.
 Layout parse_layout(std::istream& in);
 
 }  // namespace phiz

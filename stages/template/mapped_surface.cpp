@@ -13,7 +13,9 @@ int cell_of(double x, int count, double size) {
   return std::clamp(static_cast<int>(std::floor(x / size * count)), 0, count - 1);
 }
 
-double cross2(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a[0] * b[1] - a[1] * b[0]; }
+double cross2(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a[0] * b[1] - a[1] * b[0];
+}
 
 /// Barycentric weights of p; not clamped.
 Eigen::Vector3d weights_of(const Eigen::Vector2d& p, const Eigen::Vector2d& a, const Eigen::Vector2d& b,
@@ -41,7 +43,8 @@ SurfaceLookup::SurfaceLookup(const MappedSurface& surface)
     }
     constexpr double kMargin = 1e-6;
     for (int j = cell_of(low[1] - kMargin, cells_v_, 1); j <= cell_of(high[1] + kMargin, cells_v_, 1); ++j) {
-      for (int i = cell_of(low[0] - kMargin, cells_u_, 0.5); i <= cell_of(high[0] + kMargin, cells_u_, 0.5); ++i) {
+      for (int i = cell_of(low[0] - kMargin, cells_u_, 0.5); i <= cell_of(high[0] + kMargin, cells_u_, 0.5);
+           ++i) {
         cells_[static_cast<std::size_t>(j) * cells_u_ + i].push_back(static_cast<int>(t));
       }
     }

@@ -117,9 +117,8 @@ void close_patch(HalfHead& head, const std::vector<int>& border, const SurfaceIn
 }
 
 void close_pocket(HalfHead& head, const std::vector<int>& run) {
-  const auto corner = std::min_element(run.begin(), run.end(), [&](int a, int b) {
-    return head.positions[a][0] < head.positions[b][0];
-  });
+  const auto corner = std::min_element(
+      run.begin(), run.end(), [&](int a, int b) { return head.positions[a][0] < head.positions[b][0]; });
   std::vector<int> upper(corner, run.end()), lower(run.begin(), corner + 1);
   std::reverse(lower.begin(), lower.end());
   equalise(head, upper, lower);

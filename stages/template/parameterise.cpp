@@ -17,7 +17,8 @@ using Sparse = Eigen::SparseMatrix<double>;
 using Triplet = Eigen::Triplet<double>;
 constexpr int kU = 0, kV = 1;
 
-/// Which coordinates of which vertices are given: the neck loop on three sides of the half square, the mirror line.
+/// Which coordinates of which vertices are given: the neck loop on three sides of the half square, the mirror
+/// line.
 struct Border {
   std::vector<Eigen::Vector2d> uv;
   std::array<std::vector<bool>, 2> fixed;
@@ -37,7 +38,8 @@ std::vector<int> find_neck_chain(const HalfHead& head, const HalfEdgeMesh& mesh)
     }
   }
   if (chain.size() < 5) throw InvalidInput("the neck loop of the reference is too coarse");
-  if (head.positions[chain.front()][2] < head.positions[chain.back()][2]) std::reverse(chain.begin(), chain.end());
+  if (head.positions[chain.front()][2] < head.positions[chain.back()][2])
+    std::reverse(chain.begin(), chain.end());
   return chain;
 }
 
@@ -68,7 +70,8 @@ Border place_border(const HalfHead& head, const HalfEdgeMesh& mesh, const MapOpt
   }
   for (int side = 0; side < 3; ++side) {
     for (std::size_t k = corner[side]; k <= corner[side + 1]; ++k) {
-      const double share = (length[k] - length[corner[side]]) / (length[corner[side + 1]] - length[corner[side]]);
+      const double share =
+          (length[k] - length[corner[side]]) / (length[corner[side + 1]] - length[corner[side]]);
       border.uv[chain[k]] = (1 - share) * place[side] + share * place[side + 1];
       border.fixed[kU][chain[k]] = border.fixed[kV][chain[k]] = true;
     }
@@ -83,7 +86,8 @@ std::vector<Eigen::Vector2d> map_by_mean_values(const HalfHead& head, const Bord
   for (const auto& t : head.triangles) {
     for (int k = 0; k < 3; ++k) {
       const int i = t[k], j = t[(k + 1) % 3], l = t[(k + 2) % 3];
-      const Eigen::Vector3d a = head.positions[j] - head.positions[i], b = head.positions[l] - head.positions[i];
+      const Eigen::Vector3d a = head.positions[j] - head.positions[i],
+                            b = head.positions[l] - head.positions[i];
       const double la = a.norm(), lb = b.norm();
       const double cosine = std::clamp(a.dot(b) / (la * lb), -1.0, 1.0);
       const double half_tangent = std::sqrt((1 - cosine) / (1 + cosine + 1e-12));
@@ -109,7 +113,7 @@ std::vector<Eigen::Vector2d> map_by_mean_values(const HalfHead& head, const Bord
     Eigen::SparseLU<Sparse> solver(matrix);
     if (solver.info() != Eigen::Success) throw NumericalFailure("the mean value map has no solution");
     const Eigen::VectorXd x = solver.solve(right);
-    for (int v = 0; v < n; ++v) uv[v][axis] = x[v];
+    for (int v = 0; v < n; ++v) uv[v][axis] = fixed[v] ? border.uv[v][axis] : x[v];
   }
   return uv;
 }
@@ -117,35 +121,29 @@ std::vector<Eigen::Vector2d> map_by_mean_values(const HalfHead& head, const Bord
 /// The symmetric Dirichlet energy of the map, with a size sought for each triangle.
 class Relaxation {
  public:
-  Relaxation(const HalfHead& head, const Border& border, std::span<const Layout::Scale> scales)
-      : triangles_(head.triangles), border_(border) {
-    const int n = static_cast<int>(head.positions.size());
+  Relaxation(const MappedSurface& surface, std::span<const double> sizes) : triangles_(surface.triangles) {
     for (const int axis : {kU, kV}) {
-      unknown_[axis].assign(n, -1);
-      for (int v = 0; v < n; ++v) {
-        if (border.fixed[axis][v] && !(is_sliding(v, axis))) continue;
-        unknown_[axis][v] = unknown_count_++;
+      unknown_[axis].assign(surface.uv.size(), -1);
+      for (std::size_t v = 0; v < surface.uv.size(); ++v) {
+        if (!is_fixed(surface.uv[v], axis)) unknown_[axis][v] = unknown_count_++;
       }
     }
-    std::vector<double> areas, sizes;
     double total = 0;
-    for (const auto& t : triangles_) {
-      const Eigen::Vector3d e1 = head.positions[t[1]] - head.positions[t[0]];
-      const Eigen::Vector3d e2 = head.positions[t[2]] - head.positions[t[0]];
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+      const auto& t = triangles_[i];
+      const Eigen::Vector3d e1 = surface.positions[t[1]] - surface.positions[t[0]];
+      const Eigen::Vector3d e2 = surface.positions[t[2]] - surface.positions[t[0]];
       const double l = e1.norm(), area2 = e1.cross(e2).norm(), x = e1.dot(e2) / l, y = area2 / l;
       Eigen::Matrix<double, 2, 3> gradient;
       gradient << -y / area2, y / area2, 0, (x - l) / area2, -x / area2, l / area2;
       gradients_.push_back(gradient);
-      const Eigen::Vector3d centre =
-          (head.positions[t[0]] + head.positions[t[1]] + head.positions[t[2]]) / 3.0;
-      sizes.push_back(sought_size(centre, scales));
-      areas.push_back(area2 / 2);
-      total += areas.back() * sizes.back() * sizes.back();
+      weights_.push_back(area2 / 2 * sizes[i] * sizes[i]);
+      total += weights_.back();
     }
+    const double factor = std::sqrt(0.5 / total);
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
-      const double size = sizes[t] * std::sqrt(0.5 / total);
-      gradients_[t] /= size;
-      weights_.push_back(2 * areas[t] * size * size);
+      gradients_[t] /= sizes[t] * factor;
+      weights_[t] *= 2 * factor * factor;
     }
   }
 
@@ -182,23 +180,10 @@ class Relaxation {
   }
 
  private:
-  bool is_sliding(int v, int axis) const {
-    constexpr double kEps = 1e-12;
-    const auto& uv = border_.uv[v];
-    if (!border_.fixed[kV][v]) return false;  // the mirror line: u stays
-    return axis == kU ? uv[kU] > kEps && uv[kU] < 0.5 - kEps : uv[kV] > kEps && uv[kV] < 1 - kEps;
-  }
-
-  /// Scales multiply outwards from 1; one nearer its centre takes over from those before it.
-  static double sought_size(const Eigen::Vector3d& p, std::span<const Layout::Scale> scales) {
-    double log_size = 0;
-    for (const auto& s : scales) {
-      const double d = (p - s.centre_mm).norm();
-      const double t = std::clamp((s.outer_mm - d) / (s.outer_mm - s.inner_mm), 0.0, 1.0);
-      const double share = t * t * (3 - 2 * t);
-      log_size += share * (std::log(s.scale) - log_size);
-    }
-    return std::exp(log_size);
+  /// Border vertices keep what puts them on their side of the half square; its corners keep both.
+  static bool is_fixed(const Eigen::Vector2d& uv, int axis) {
+    const bool at_u_end = uv[kU] == 0 || uv[kU] == 0.5, at_v_end = uv[kV] == 0 || uv[kV] == 1;
+    return axis == kU ? at_u_end : at_v_end;
   }
 
   Eigen::Matrix2d jacobian(const std::vector<Eigen::Vector2d>& uv, std::size_t t) const {
@@ -248,7 +233,6 @@ class Relaxation {
   }
 
   const std::vector<Eigen::Vector3i>& triangles_;
-  const Border& border_;
   std::array<std::vector<int>, 2> unknown_;
   int unknown_count_ = 0;
   std::vector<Eigen::Matrix<double, 2, 3>> gradients_;
@@ -257,6 +241,17 @@ class Relaxation {
   bool analysed_ = false;
 };
 
+/// Each scale takes over from those before it, the more the nearer its centre.
+double sought_size(const Eigen::Vector3d& p, std::span<const Layout::Scale> scales) {
+  double log_size = 0;
+  for (const auto& s : scales) {
+    const double t =
+        std::clamp((s.outer_mm - (p - s.centre_mm).norm()) / (s.outer_mm - s.inner_mm), 0.0, 1.0);
+    log_size += t * t * (3 - 2 * t) * (std::log(s.scale) - log_size);
+  }
+  return std::exp(log_size);
+}
+
 }  // namespace
 
 MappedSurface map_half_head(const HalfHead& head, std::span<const Layout::Scale> scales,
@@ -264,16 +259,26 @@ MappedSurface map_half_head(const HalfHead& head, std::span<const Layout::Scale>
   const HalfEdgeMesh mesh(head.triangles, static_cast<int>(head.positions.size()));
   const Border border = place_border(head, mesh, options);
   MappedSurface surface{head.positions, head.triangles, map_by_mean_values(head, border)};
-  Relaxation relaxation(head, border, scales);
+  std::vector<double> sizes;
+  for (const auto& t : head.triangles) {
+    const Eigen::Vector3d centre = (head.positions[t[0]] + head.positions[t[1]] + head.positions[t[2]]) / 3.0;
+    sizes.push_back(sought_size(centre, scales));
+  }
+  relax_map(surface, sizes, options);
+  return surface;
+}
+
+void relax_map(MappedSurface& surface, std::span<const double> sizes, const MapOptions& options) {
+  CONTRACT(sizes.size() == surface.triangles.size());
+  Relaxation relaxation(surface, sizes);
   double energy = relaxation.energy(surface.uv);
-  if (!std::isfinite(energy)) throw NumericalFailure("the mean value map of the reference folds");
+  if (!std::isfinite(energy)) throw NumericalFailure("the (u,v) map folds before it is relaxed");
   for (int k = 0; k < options.max_iterations; ++k) {
     const double next = relaxation.step(surface.uv, energy);
     const bool settled = energy - next <= options.relative_tolerance * energy;
     energy = next;
     if (settled) break;
   }
-  return surface;
 }
 
 }  // namespace phiz

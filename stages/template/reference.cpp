@@ -90,7 +90,8 @@ class PlaneCut {
       if (distances_[a] * distances_[b] < 0) polygon.push_back(cross(a, b));
     }
     if (!above) return;
-    for (std::size_t k = 1; k + 1 < polygon.size(); ++k) kept.push_back({polygon[0], polygon[k], polygon[k + 1]});
+    for (std::size_t k = 1; k + 1 < polygon.size(); ++k)
+      kept.push_back({polygon[0], polygon[k], polygon[k + 1]});
   }
 
   int cross(int a, int b) {
@@ -179,8 +180,8 @@ void require_disk(const HalfHead& head) {
 
 }  // namespace
 
-HalfHead close_reference(std::span<const Eigen::Vector3d> positions, std::span<const Eigen::Vector3i> triangles,
-                         const Plane& neck) {
+HalfHead close_reference(std::span<const Eigen::Vector3d> positions,
+                         std::span<const Eigen::Vector3i> triangles, const Plane& neck) {
   const int vertex_count = static_cast<int>(positions.size());
   const std::vector<int> piece = number_pieces(triangles, vertex_count);
   std::vector<int> skin;
@@ -199,8 +200,10 @@ HalfHead close_reference(std::span<const Eigen::Vector3d> positions, std::span<c
       continue;
     }
     const Eigen::Vector3d x(head.positions[t[0]][0], head.positions[t[1]][0], head.positions[t[2]][0]);
-    if (x.maxCoeff() <= 0) head.triangles.push_back(t);
-    else if (x.minCoeff() < 0) throw InvalidInput("a triangle of the reference straddles the mirror line");
+    if (x.maxCoeff() <= 0)
+      head.triangles.push_back(t);
+    else if (x.minCoeff() < 0)
+      throw InvalidInput("a triangle of the reference straddles the mirror line");
   }
   PlaneCut(head, neck);
   drop_unused(head);

@@ -15,11 +15,39 @@ Rail find_rail(const Layout::Curve& curve, const std::vector<HalfMesh::Vertex>& 
   const auto image = [](const Eigen::Vector3d& p) { return Eigen::Vector3d(-p[0], p[1], p[2]); };
   const Eigen::Vector3d a = at(k), b = at(k + 1);
   Eigen::Vector3d before = 2 * a - b, after = 2 * b - a;
-  if (!curve.corner[k % n] && (curve.closed || k > 0)) before = at(k + n - 1);
-  else if (!curve.corner[k % n] && vertices[curve.points[k]].on_mirror()) before = image(b);
-  if (!curve.corner[(k + 1) % n] && (curve.closed || k + 2 < n)) after = at(k + 2);
-  else if (!curve.corner[(k + 1) % n] && vertices[curve.points[(k + 1) % n]].on_mirror()) after = image(a);
+  if (!curve.corner[k % n] && (curve.closed || k > 0))
+    before = at(k + n - 1);
+  else if (!curve.corner[k % n] && vertices[curve.points[k]].on_mirror())
+    before = image(b);
+  if (!curve.corner[(k + 1) % n] && (curve.closed || k + 2 < n))
+    after = at(k + 2);
+  else if (!curve.corner[(k + 1) % n] && vertices[curve.points[(k + 1) % n]].on_mirror())
+    after = image(a);
   return {{before, a, b, after}, 0.5};
+}
+
+/// A layout's point inside one held curve (no corner, no crossing) may slide as well: between its new
+/// neighbours.
+void add_rails_of_points(const Layout& layout, const std::vector<std::vector<int>>& curves,
+                         const SurfaceLookup& surface, HalfMesh& fine) {
+  std::vector<int> uses(layout.points.size(), 0);
+  for (const auto& curve : layout.curves) {
+    for (const int p : curve.points) ++uses[p];
+  }
+  for (std::size_t c = 0; c < layout.curves.size(); ++c) {
+    const auto& curve = layout.curves[c];
+    if (!curve.held) continue;
+    const std::size_t n = curves[c].size();  // points and middles in turn
+    const auto at = [&](std::size_t i) { return surface.position(fine.vertices[curves[c][i % n]].uv); };
+    for (std::size_t k = 0; k < curve.points.size(); ++k) {
+      auto& vertex = fine.vertices[curve.points[k]];
+      const bool inner = curve.closed || (k > 0 && k + 1 < curve.points.size());
+      if (!inner || curve.corner[k] || uses[curve.points[k]] > 1 || vertex.on_mirror() || vertex.on_neck())
+        continue;
+      const std::size_t i = 2 * k + n;
+      vertex.rail = Rail{{at(i - 2), at(i - 1), at(i + 1), at(i + 2)}, 0.5};
+    }
+  }
 }
 
 }  // namespace
@@ -67,11 +95,13 @@ HalfMesh split_triangles(const HalfMesh& mesh, const Layout& layout, const Surfa
         middle.rail = find_rail(curve, mesh.vertices, k, surface);
         middle.uv = surface.descend_to(middle.rail->at(0.5), middle.uv);
         const auto& uv = middle.uv;
-        if (uv[0] <= 0 || uv[0] >= 0.5 || uv[1] <= 0 || uv[1] >= 1) throw InvalidInput("curve '" + curve.name + "' swings out of the half square");
+        if (uv[0] <= 0 || uv[0] >= 0.5 || uv[1] <= 0 || uv[1] >= 1)
+          throw InvalidInput("curve '" + curve.name + "' swings out of the half square");
       }
       curves[c].push_back(add_middle(a, b, middle, static_cast<int>(c)));
     }
   }
+  add_rails_of_points(layout, curves, surface, fine);
   for (const auto& t : mesh.triangles) {
     std::array<int, 3> m{};
     for (int k = 0; k < 3; ++k) {
@@ -80,7 +110,8 @@ HalfMesh split_triangles(const HalfMesh& mesh, const Layout& layout, const Surfa
       Eigen::Vector2d uv = 0.5 * (mesh.vertices[a].uv + mesh.vertices[b].uv);
       const bool on_neck = uv[0] == 0 || uv[1] == 0 || uv[1] == 1;
       if (known == middles.end() && !on_neck) {
-        const Eigen::Vector3d target = 0.5 * (surface.position(mesh.vertices[a].uv) + surface.position(mesh.vertices[b].uv));
+        const Eigen::Vector3d target =
+            0.5 * (surface.position(mesh.vertices[a].uv) + surface.position(mesh.vertices[b].uv));
         uv = surface.descend_to(target, uv);
       }
       m[k] = known != middles.end() ? known->second : add_middle(a, b, {uv, false, std::nullopt}, -1);

@@ -24,24 +24,31 @@ std::string name_of(const Layout& layout, int point) {
   return "(" + std::to_string(p.uv[0]) + ", " + std::to_string(p.uv[1]) + ")";
 }
 
-/// Points along the border of the half square, counter-clockwise from (1/2, 0), and the square's corners in it.
+/// Points along the border of the half square, counter-clockwise from (1/2, 0), and the square's corners in
+/// it.
 std::vector<int> find_border(const Layout& layout) {
   std::array<std::vector<int>, 4> sides;  // top, left, bottom (as the border runs: mirror line last)
   for (int i = 0; i < static_cast<int>(layout.points.size()); ++i) {
     const auto& uv = layout.points[i].uv;
-    if (uv[0] == 0.5) sides[0].push_back(i);
-    else if (uv[1] == 1) sides[1].push_back(i);
-    else if (uv[0] == 0) sides[2].push_back(i);
-    else if (uv[1] == 0) sides[3].push_back(i);
+    if (uv[0] == 0.5)
+      sides[0].push_back(i);
+    else if (uv[1] == 1)
+      sides[1].push_back(i);
+    else if (uv[0] == 0)
+      sides[2].push_back(i);
+    else if (uv[1] == 0)
+      sides[3].push_back(i);
   }
   const auto sort = [&](std::vector<int>& side, int axis, double sign) {
-    std::sort(side.begin(), side.end(),
-              [&](int a, int b) { return sign * layout.points[a].uv[axis] < sign * layout.points[b].uv[axis]; });
+    std::sort(side.begin(), side.end(), [&](int a, int b) {
+      return sign * layout.points[a].uv[axis] < sign * layout.points[b].uv[axis];
+    });
   };
   sort(sides[0], 1, 1), sort(sides[1], 0, -1), sort(sides[2], 1, -1), sort(sides[3], 0, 1);
   std::vector<int> border;
   for (const auto& side : sides) border.insert(border.end(), side.begin(), side.end());
-  for (const Eigen::Vector2d corner : {Eigen::Vector2d(0.5, 0), {0.5, 1}, {0, 1}, {0, 0}}) {
+  const std::array<Eigen::Vector2d, 4> corners = {Eigen::Vector2d(0.5, 0), {0.5, 1}, {0, 1}, {0, 0}};
+  for (const auto& corner : corners) {
     if (std::none_of(border.begin(), border.end(), [&](int i) { return layout.points[i].uv == corner; })) {
       throw InvalidInput("the layout has no point at the corner (" + std::to_string(corner[0]) + ", " +
                          std::to_string(corner[1]) + ")");
@@ -87,7 +94,8 @@ class Builder {
     const std::string who = curve < 0 ? "the border" : "curve '" + layout_.curves[curve].name + "'";
     Triangulation::Face_handle face;
     int index = 0;
-    const bool known = triangulation_.is_edge(handles_[a], handles_[b], face, index) && face->is_constrained(index);
+    const bool known =
+        triangulation_.is_edge(handles_[a], handles_[b], face, index) && face->is_constrained(index);
     try {
       if (!known) triangulation_.insert_constraint(handles_[a], handles_[b]);
     } catch (const Triangulation::Intersection_of_constraints_exception&) {
@@ -109,6 +117,8 @@ class Builder {
 
 }  // namespace
 
-HalfMesh triangulate_layout(const Layout& layout) { return Builder(layout).result(); }
+HalfMesh triangulate_layout(const Layout& layout) {
+  return Builder(layout).result();
+}
 
 }  // namespace phiz

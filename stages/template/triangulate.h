@@ -32,9 +32,9 @@ struct HalfMesh {
   std::map<std::pair<int, int>, int> curve_edges;  ///< (smaller, larger vertex) -> index in Layout::curves
 };
 
-/// Constrained Delaunay triangulation (CGAL) of a layout's points with its curves and the half square's border as
-/// constraints. Throws InvalidInput, with the names: curves that cross, a curve through a point that is not its
-/// own, corners of the square without a point.
+/// Constrained Delaunay triangulation (CGAL) of a layout's points with its curves and the half square's
+/// border as constraints. Throws InvalidInput, with the names: curves that cross, a curve through a point
+/// that is not its own, corners of the square without a point.
 HalfMesh triangulate_layout(const Layout& layout);
 
 }  // namespace phiz

@@ -1,0 +1,213 @@
+#include "stages/template/limit_fit.h"
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "stages/geometry/error.h"
+#include "stages/subdivide/subdivide.h"
+#include "stages/template/improve.h"
+
+namespace phiz {
+namespace {
+
+using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+using Triplet = Eigen::Triplet<double>;
+
+/// All vertices of `level` as combinations of the control vertices.
+Sparse subdivision_matrix(const SubdivisionHierarchy& hierarchy, int level) {
+  const int n = hierarchy.vertex_count(0);
+  Sparse total(n, n);
+  total.setIdentity();
+  for (int k = 1; k <= level; ++k) {
+    const int old_count = hierarchy.vertex_count(k - 1), count = hierarchy.vertex_count(k);
+    std::vector<Triplet> entries;
+    for (int v = 0; v < old_count; ++v) entries.emplace_back(v, v, 1.0);
+    const auto& rows = hierarchy.stencils(k);
+    for (int v = old_count; v < count; ++v) {
+      for (int i = rows.offsets[v - old_count]; i < rows.offsets[v - old_count + 1]; ++i) {
+        entries.emplace_back(v, rows.vertices[i], rows.weights[i]);
+      }
+    }
+    Sparse step(count, old_count);
+    step.setFromTriplets(entries.begin(), entries.end());
+    total = (step * total).pruned();
+  }
+  return total;
+}
+
+/// Uniform Laplacian; zero rows where a vertex has no neighbour.
+Sparse laplacian(const std::vector<Eigen::Vector3i>& triangles, int vertex_count) {
+  std::vector<Triplet> entries;
+  for (const auto& t : triangles) {
+    for (int k = 0; k < 3; ++k) {
+      for (const int other : {t[(k + 1) % 3], t[(k + 2) % 3]}) {
+        entries.emplace_back(t[k], other, -1.0);
+        entries.emplace_back(t[k], t[k], 1.0);
+      }
+    }
+  }
+  Sparse matrix(vertex_count, vertex_count);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  for (int v = 0; v < vertex_count; ++v) {
+    const double degree = matrix.coeff(v, v);
+    if (degree > 0) matrix.row(v) /= degree;
+  }
+  return matrix;
+}
+
+/// Where a vertex of the subdivided surface should be: a place on the mapped surface and its normal.
+struct Target {
+  Eigen::Vector3d position, normal;
+};
+
+Target find_target(const Eigen::Vector3d& p, const Eigen::Vector2d& uv, const SurfaceLookup& surface) {
+  const bool left = uv[0] > 0.5;
+  const Eigen::Vector2d start(left ? 1 - uv[0] : uv[0], uv[1]);
+  const Eigen::Vector3d image(left ? -p[0] : p[0], p[1], p[2]);
+  const auto place = surface.find(surface.descend_to(image, start));
+  Target target{surface.position(place), surface.normal(place)};
+  if (left) target.position[0] *= -1, target.normal[0] *= -1;
+  return target;
+}
+
+void make_symmetric(ControlMesh& mesh) {
+  const auto& mirror = mesh.annotations.mirror;
+  constexpr double kGrain = 1e6;  // numbers with six decimals survive a file unchanged
+  for (std::size_t v = 0; v < mirror.size(); ++v) {
+    const std::size_t w = static_cast<std::size_t>(mirror[v]);
+    if (w < v) continue;
+    auto &a = mesh.positions[v], &b = mesh.positions[w];
+    Eigen::Vector3d mean = 0.5 * (a + Eigen::Vector3d(-b[0], b[1], b[2]));
+    mean = (mean * kGrain).array().round() / kGrain;
+    a = mean;
+    b = {-mean[0], mean[1], mean[2]};
+    if (w == v) a[0] = 0;
+  }
+}
+
+class LimitFit {
+ public:
+  LimitFit(ControlMesh& mesh, const SurfaceLookup& surface, const LimitFitOptions& options)
+      : mesh_(mesh), surface_(surface), options_(options), start_(mesh.positions) {
+    const int n = static_cast<int>(mesh.positions.size());
+    const SubdivisionHierarchy hierarchy(mesh.triangles, n, options.level);
+    matrix_ = subdivision_matrix(hierarchy, options.level);
+    uv_ = evaluate_uv(hierarchy, mesh.uv, options.level);
+    const Sparse smooth = laplacian(mesh.triangles, n);
+    keep_ = options.smooth_weight * Sparse(smooth.transpose() * smooth);
+    for (int v = 0; v < n; ++v) keep_.coeffRef(v, v) += options.stay_weight;
+    // What hangs mainly on constrained vertices is not asked for.
+    std::vector<bool> constrained(n, false);
+    for (const int v : mesh.annotations.constrained_vertices) constrained[v] = true;
+    asked_.assign(matrix_.rows(), true);
+    for (int row = 0; row < matrix_.rows(); ++row) {
+      double share = 0;
+      for (Sparse::InnerIterator it(matrix_, row); it; ++it)
+        share += constrained[it.col()] ? std::abs(it.value()) : 0;
+      asked_[row] = share < 0.3;
+    }
+  }
+
+  /// One round of targets and least squares; the root mean square distance before it.
+  double round() {
+    const int n = static_cast<int>(mesh_.positions.size());
+    std::vector<Triplet> entries;
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(3 * n);
+    double sum = 0;
+    int count = 0;
+    for (int row = 0; row < matrix_.rows(); ++row) {
+      if (!asked_[row]) continue;
+      Eigen::Vector3d p = Eigen::Vector3d::Zero();
+      for (Sparse::InnerIterator it(matrix_, row); it; ++it) p += it.value() * mesh_.positions[it.col()];
+      const Target target = find_target(p, uv_[row], surface_);
+      const double distance = target.normal.dot(p - target.position);
+      sum += distance * distance, ++count;
+      const double tangential = options_.tangential_weight;
+      const Eigen::Matrix3d weight = tangential * Eigen::Matrix3d::Identity() +
+                                     (1 - tangential) * target.normal * target.normal.transpose();
+      const Eigen::Vector3d pull = weight * (target.position - p);
+      for (Sparse::InnerIterator i(matrix_, row); i; ++i) {
+        right.segment<3>(3 * i.col()) += i.value() * pull;
+        for (Sparse::InnerIterator j(matrix_, row); j; ++j) {
+          const double product = i.value() * j.value();
+          for (int a = 0; a < 3; ++a) {
+            for (int b = 0; b < 3; ++b) {
+              entries.emplace_back(static_cast<int>(3 * i.col() + a), static_cast<int>(3 * j.col() + b),
+                                   product * weight(a, b));
+            }
+          }
+        }
+      }
+    }
+    solve(entries, right);
+    return std::sqrt(sum / std::max(count, 1));
+  }
+
+ private:
+  void solve(std::vector<Triplet>& entries, Eigen::VectorXd& right) {
+    const int n = static_cast<int>(mesh_.positions.size());
+    for (int v = 0; v < n; ++v) {
+      for (Sparse::InnerIterator it(keep_, v); it; ++it) {
+        for (int a = 0; a < 3; ++a) {
+          entries.emplace_back(3 * v + a, static_cast<int>(3 * it.col() + a), it.value());
+          right[3 * v + a] += it.value() * (start_[it.col()][a] - mesh_.positions[it.col()][a]);
+        }
+      }
+    }
+    Eigen::SparseMatrix<double> matrix(3 * n, 3 * n);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    entries = {};
+    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(matrix);
+    if (solver.info() != Eigen::Success) throw NumericalFailure("the limit surface could not be fitted");
+    const Eigen::VectorXd change = solver.solve(right);
+    for (int v = 0; v < n; ++v) mesh_.positions[v] += change.segment<3>(3 * v);
+    make_symmetric(mesh_);
+    hold_back_sharp_triangles();
+  }
+
+  /// Takes back part of the change, again and again, at the vertices of triangles that became too sharp.
+  void hold_back_sharp_triangles() {
+    constexpr int kMaxSteps = 60;
+    for (int step = 0; step < kMaxSteps; ++step) {
+      const auto angles = min_angles_deg(mesh_.positions, mesh_.triangles);
+      std::vector<bool> marked(mesh_.positions.size(), false);
+      bool any = false;
+      for (std::size_t t = 0; t < angles.size(); ++t) {
+        if (angles[t] >= options_.min_angle_deg) continue;
+        for (int k = 0; k < 3; ++k) {
+          const int v = mesh_.triangles[t][k];
+          marked[v] = marked[mesh_.annotations.mirror[v]] = any = true;
+        }
+      }
+      if (!any) return;
+      for (std::size_t v = 0; v < marked.size(); ++v) {
+        if (marked[v]) mesh_.positions[v] = start_[v] + 0.8 * (mesh_.positions[v] - start_[v]);
+      }
+      make_symmetric(mesh_);
+    }
+  }
+
+  ControlMesh& mesh_;
+  const SurfaceLookup& surface_;
+  const LimitFitOptions& options_;
+  std::vector<Eigen::Vector3d> start_;
+  Sparse matrix_, keep_;
+  std::vector<Eigen::Vector2d> uv_;
+  std::vector<bool> asked_;
+};
+
+}  // namespace
+
+LimitFitResult fit_limit(ControlMesh& mesh, const SurfaceLookup& surface, const LimitFitOptions& options) {
+  LimitFitResult result;
+  LimitFit fit(mesh, surface, options);
+  for (int k = 0; k < options.rounds; ++k) {
+    const double distance = fit.round();
+    if (k == 0) result.before_mm = distance;
+    result.after_mm = distance;
+  }
+  return result;
+}
+
+}  // namespace phiz
