@@ -59,7 +59,7 @@ DistanceLattice::DistanceLattice(std::span<const Eigen::Vector3f> points, float 
   cell_ = std::max((high - low).maxCoeff() / cells_along, 1e-20f);
   inverse_cell_ = 1.0f / cell_;
   origin_ = low;
-  dims_ = ((high - low) * inverse_cell_).ceil().cast<int>() + 1;
+  dims_ = (((high - low) * inverse_cell_).ceil().cast<int>() + 1).max(2);  // a read takes two along each axis
   const int nx = dims_.x(), ny = dims_.y(), nz = dims_.z();
   values_.assign(static_cast<std::size_t>(nx) * ny * nz, kFar);
   for (const auto& p : points) {
@@ -106,7 +106,7 @@ DistanceLattice::Sample DistanceLattice::at(const Eigen::Vector3f& p) const {
   const float outside = beyond.matrix().norm();
   if (outside > 0) {
     sample.distance += outside;
-    sample.gradient += beyond.matrix() / outside;
+    sample.gradient = (beyond == 0).select(sample.gradient.array(), beyond / outside);
   }
   return sample;
 }

@@ -16,23 +16,22 @@ PointGrid::PointGrid(std::span<const Eigen::Vector3f> points, float cell, std::s
     low = low.min(p.array());
     high = high.max(p.array());
   }
-  CONTRACT(low.isFinite().all() && high.isFinite().all());
+  CONTRACT((high - low).isFinite().all());
+  origin_ = low;
   for (;; cell_ *= 1.26f) {
-    const Eigen::Array3d extent = ((high - low) / cell_).cast<double>().floor() + 1.0;
-    if (extent.prod() > static_cast<double>(max_cells)) continue;
-    dims_ = extent.cast<int>();
-    last_ = dims_ - Eigen::Vector3i::Ones();
+    inverse_cell_ = 1.0f / cell_;
+    if ((((high - low) * inverse_cell_).cast<double>().floor() + 1.0).prod() > static_cast<double>(max_cells))
+      continue;
+    last_ = coordinates(high);  // the expression that sorts and finds points: none lies beyond the last cell
+    dims_ = last_ + Eigen::Vector3i::Ones();
     break;
   }
-  inverse_cell_ = 1.0f / cell_;
-  origin_ = low;
 
   const std::size_t count = points.size();
   std::vector<std::uint32_t> cell_of(count);
   starts_.assign(static_cast<std::size_t>(dims_.x()) * dims_.y() * dims_.z() + 1, 0);
   for (std::size_t i = 0; i < count; ++i) {
-    const Eigen::Vector3i c = coordinates(points[i]).cwiseMax(0).cwiseMin(last_);
-    cell_of[i] = static_cast<std::uint32_t>(cell_index(c));
+    cell_of[i] = static_cast<std::uint32_t>(cell_index(coordinates(points[i])));
     ++starts_[cell_of[i] + 1];
   }
   for (std::size_t c = 1; c < starts_.size(); ++c) starts_[c] += starts_[c - 1];

@@ -15,7 +15,8 @@ namespace phiz {
 /// is coarsened when it would exceed `max_cells`. O(N + cells).
 class PointGrid {
  public:
-  /// Points must be finite; cell > 0. An empty span gives a grid that finds nothing.
+  /// Points and the size of their box must be finite; cell > 0. An empty span gives a grid that finds
+  /// nothing.
   PointGrid(std::span<const Eigen::Vector3f> points, float cell, std::size_t max_cells = 64'000'000);
 
   float cell() const { return cell_; }
@@ -25,9 +26,9 @@ class PointGrid {
   const Eigen::Vector3i& dimensions() const { return dims_; }
   const Eigen::Vector3f& origin() const { return origin_; }
 
-  /// Lattice coordinates of a position; may lie outside [0, dimensions).
+  /// Lattice coordinates of a position; may lie outside [0, dimensions), at most a billion cells away.
   Eigen::Vector3i coordinates(const Eigen::Vector3f& p) const {
-    return ((p - origin_) * inverse_cell_).array().floor().cast<int>();
+    return ((p - origin_) * inverse_cell_).array().floor().max(-1e9f).min(1e9f).cast<int>();
   }
   bool contains(const Eigen::Vector3i& c) const {
     return (c.array() >= 0).all() && (c.array() < dims_.array()).all();

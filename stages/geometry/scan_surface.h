@@ -32,8 +32,9 @@ class ScanSurface {
     int surfel_idx = -1;
     float distance = 0;  ///< mm, in space
   };
-  /// The surfel nearest in position and normal together: |p - q|^2 + normal_weight_mm^2 |n - m|^2 is least.
-  /// -1 if the nearest is farther than max_distance or its normal differs by more than about 75 degrees.
+  /// Of the twelve surfels nearest in space the one nearest in position and normal together:
+  /// |p - q|^2 + normal_weight_mm^2 |n - m|^2 is least. -1 if all of them are farther than max_distance or
+  /// have normals that differ by more than about 75 degrees (so too behind a sheet that faces away).
   Match find_match(const Eigen::Vector3f& position, const Eigen::Vector3f& normal, float normal_weight_mm,
                    float max_distance) const;
 
