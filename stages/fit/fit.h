@@ -69,7 +69,7 @@ struct GlobalFitState {
 struct GlobalFitResult {
   ControlPositions positions;
   std::vector<double> energies;
-  double mean_distance_mm = 0;  ///< of the last matches
+  double mean_distance_mm = 0;  ///< of the matches at the end
   double matched_share = 0;     ///< share of the surface samples with a match
 };
 

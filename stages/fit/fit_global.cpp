@@ -82,6 +82,8 @@ class GlobalFit {
     return energy;
   }
 
+  /// Matches `x` as a round would: what the two below tell.
+  void measure(const Positions& x, const RoundSettings& s) { match(x, s, *systems_[s.level - 1]); }
   double mean_distance_mm() const { return mean_distance_mm_; }
   double matched_share() const { return matched_share_; }
 
@@ -244,6 +246,8 @@ GlobalFitResult fit_global(const ScanSurface& scan, const ControlMesh& generic_h
     }
     if (progress && !progress(state)) break;
   }
+  // At the end and not in the last step: a fit resumed behind its last step has made none.
+  fit.measure(x, settings_of(options, std::min(state.round, options.rounds + options.soft_rounds - 1)));
   check_result(fit, state, start, generic_head.triangles);
   if (!x.allFinite()) throw NumericalFailure("the global fit diverged");
   return {to_vector(x), state.energies, fit.mean_distance_mm(), fit.matched_share()};
