@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <sstream>
 
@@ -15,10 +16,8 @@ namespace {
 constexpr double kSameMm = 0.0005;  // errors are recorded to three decimals
 
 void check_template(const BenchWorld& world) {
-  const std::filesystem::path head =
-      std::filesystem::path(PHIZ_SOURCE_FOLDER) / "samples" / "generic_head" / "head.obj";
-  const test::ProgramRun run =
-      test::run_program({test::phiz_program().string(), "template", "check", head.string()});
+  const std::string head = std::getenv("PHIZ_TEMPLATE");  // set for every phiz of this run
+  const test::ProgramRun run = test::run_program({test::phiz_program().string(), "template", "check", head});
   std::istringstream lines(run.out + run.err);
   for (std::string line; std::getline(lines, line);) world.board.note(line);
   world.board.add({"phiz template check: exit code", static_cast<double>(run.exit_code), "", at_most(0)});

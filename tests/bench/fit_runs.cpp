@@ -37,7 +37,7 @@ void require_done(const FitRun& run, const BenchSubject& subject) {
 
 /// Cold runs of all stages, then the same command on finished work.
 FitRun measure_cold(const BenchWorld& world, const BenchSubject& subject) {
-  std::vector<double> seconds, memory, local_and_global;
+  std::vector<double> seconds, processor_seconds, memory, local_and_global;
   FitRun run;
   for (int i = 0; i <= kTimedRuns; ++i) {  // the first one warms up
     run = run_fit({subject.scan}, {new_store(world, "cold"), kThreads, {}, {}});
@@ -45,6 +45,7 @@ FitRun measure_cold(const BenchWorld& world, const BenchSubject& subject) {
     if (i == 0) continue;
     const auto& stages = run.subjects.at(subject.name).stages;
     seconds.push_back(run.program.seconds);
+    processor_seconds.push_back(run.program.processor_seconds);
     memory.push_back(static_cast<double>(run.program.peak_memory_bytes) / kMebibyte);
     local_and_global.push_back(stages.at("fit_local").seconds + stages.at("fit_global").seconds);
   }

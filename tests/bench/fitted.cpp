@@ -61,9 +61,8 @@ std::vector<bool> GenericHead::region_at(const std::string& region, int level) c
   return inside;
 }
 
-GenericHead load_generic_head(int levels) {
-  const std::filesystem::path folder = std::filesystem::path(PHIZ_SOURCE_FOLDER) / "samples" / "generic_head";
-  std::ifstream obj(folder / "head.obj"), annotations(folder / "head.json");
+GenericHead load_generic_head(const std::filesystem::path& obj_path, int levels) {
+  std::ifstream obj(obj_path), annotations(std::filesystem::path(obj_path).replace_extension(".json"));
   ControlMesh mesh = read_control_mesh(obj, annotations);
   SubdivisionHierarchy hierarchy(mesh.triangles, static_cast<int>(mesh.positions.size()), levels);
   return {std::move(mesh), std::move(hierarchy)};

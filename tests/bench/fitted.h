@@ -24,7 +24,8 @@ struct GenericHead {
   std::vector<bool> region_at(const std::string& region, int level) const;
 };
 
-GenericHead load_generic_head(int levels);
+/// `obj` with its .json beside it.
+GenericHead load_generic_head(const std::filesystem::path& obj, int levels);
 
 /// A fitted subject as the store holds it. Everything is in the head frame, mm.
 struct FittedHead {

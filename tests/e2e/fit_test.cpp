@@ -108,6 +108,26 @@ TEST(Store, DamageIsFoundNamedAndMended) {
   EXPECT_EQ(run_phiz(folder / "store", {"store", "verify"}).exit_code, 0);
 }
 
+TEST(Views, AreMadeOnceAndLeaveAsPictures) {
+  const TempFolder folder;
+  copy_store(folder / "store");
+  const FittedSubject subject = fitted_subject();
+  const std::vector<std::string> export_view = {"export",    subject.name, "--view",
+                                                "subdivide", "-o",         (folder / "head.png").string()};
+  EXPECT_EQ(run_phiz(folder / "store", export_view).exit_code, 2) << "there are none yet";
+  const ProgramRun made = run_phiz(folder / "store", {"fit", subject.scan.string(), "--views"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_NE(made.out.find("1 of 6 stages computed"), std::string::npos) << made.out;
+  const ProgramRun again = run_phiz(folder / "store", {"fit", subject.scan.string(), "--views"});
+  EXPECT_NE(again.out.find("nothing to do"), std::string::npos) << again.out;
+  for (const char* view : {"ingest", "align", "fit_local", "fit_global", "subdivide", "closeups"}) {
+    const std::string file = (folder / (std::string(view) + ".png")).string();
+    const ProgramRun run = run_phiz(folder / "store", {"export", subject.name, "--view", view, "-o", file});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(read_bytes(file).substr(1, 3), "PNG");
+  }
+}
+
 class Export : public testing::TestWithParam<const char*> {};
 
 TEST_P(Export, WritesTheSameFileTwice) {

@@ -25,6 +25,10 @@ void check(int error, const char* what) {
   if (error != 0) throw std::system_error(error, std::generic_category(), what);
 }
 
+double to_seconds(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
 /// A file without a name, for what a program writes.
 class Capture {
  public:
@@ -122,6 +126,7 @@ ProgramRun run_program(const std::vector<std::string>& argv, const ProgramOption
   ProgramRun run;
   run.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   run.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  run.processor_seconds = to_seconds(usage.ru_utime) + to_seconds(usage.ru_stime);
   run.peak_memory_bytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
   run.out = out.read();
   run.err = err.read();

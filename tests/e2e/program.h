@@ -12,7 +12,8 @@ namespace phiz::test {
 struct ProgramRun {
   int exit_code = -1;  ///< 128 + signal where a signal ended it
   std::string out, err;
-  double seconds = 0;  ///< wall clock
+  double seconds = 0;            ///< wall clock
+  double processor_seconds = 0;  ///< of all its threads
   std::uint64_t peak_memory_bytes =
       0;  ///< resident; never less than this process had when it started the run
 };
