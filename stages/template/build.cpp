@@ -5,6 +5,7 @@
 #include "stages/template/improve.h"
 #include "stages/template/parameterise.h"
 #include "stages/template/reference.h"
+#include "stages/template/separate.h"
 #include "stages/template/split.h"
 #include "stages/template/template.h"
 
@@ -56,6 +57,7 @@ ControlMesh build_generic_head(const Layout& layout, const MappedSurface& surfac
   ControlMesh mesh = unfold(fine, lift(fine, lookup));
   annotate(layout, fine, lookup, mesh);
   fit_limit(mesh, lookup, options.limit);
+  separate_crossings(mesh);
   relax_domain(fine, mesh, options.domain);
   canonicalise_order(mesh);
   return mesh;

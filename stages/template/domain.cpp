@@ -67,7 +67,7 @@ void relax_domain(const HalfMesh& half, ControlMesh& mesh, const DomainOptions& 
                       : ears[t]                 ? options.ear_size * std::sqrt(elsewhere)
                                                 : elsewhere);
     }
-    smooth_sizes(half, sizes, 1);
+    smooth_sizes(half, sizes, 2);
     relax_map(surface, sizes);
     double share = 0;
     for (std::size_t t = 0; t < face.size(); ++t)

@@ -9,6 +9,9 @@
 namespace phiz {
 namespace {
 
+/// A patch lies so much behind what it covers next to its margin, so that a lid that touches an eyeball stays
+/// apart.
+constexpr double kGroove_mm = 1.0;
 constexpr int kRows = 8;  ///< strips of the new surface across the opening
 
 /// Position of a new vertex: where a straight bridge has it, share of the way across, width of the gap there.
@@ -111,8 +114,11 @@ void close_patch(HalfHead& head, const std::vector<int>& border, const SurfaceIn
     if (inside == nullptr) return p;
     const auto hit = inside->find_first_hit(p + 2 * (gap + 1) * outward, -outward, 0, 4 * (gap + 1));
     if (!hit) return p;
-    const double weight = std::min(1.0, 6 * std::min(share, 1 - share));
-    return p + weight * (hit->position - p);
+    const double margin = std::min(share, 1 - share);  // of the patch
+    const double weight = std::min(1.0, 6 * margin);
+    const double t = std::clamp((margin - 0.12) / 0.28, 0.0, 1.0);
+    const double groove = kGroove_mm * (1 - t * t * (3 - 2 * t));
+    return p + weight * (hit->position - p) - groove * outward;
   });
 }
 

@@ -1,0 +1,42 @@
+#include "stages/template/separate.h"
+
+#include <cmath>
+
+#include "stages/geometry/normals.h"
+#include "stages/subdivide/subdivide.h"
+#include "stages/template/self_intersection.h"
+
+namespace phiz {
+
+int separate_crossings(ControlMesh& mesh, const SeparateOptions& options) {
+  const int n = static_cast<int>(mesh.positions.size());
+  const SubdivisionHierarchy hierarchy(mesh.triangles, n, options.level);
+  const int per_triangle = 1 << (2 * options.level);
+  constexpr double kGrain = 1e6;  // numbers with six decimals survive a file unchanged
+  for (int round = 0;; ++round) {
+    const auto positions = evaluate_surface(hierarchy, mesh.positions, {}, options.level);
+    const auto crossings = find_self_intersections(positions, hierarchy.triangles(options.level));
+    if (crossings.empty() || round == options.max_rounds) return static_cast<int>(crossings.size());
+    std::vector<bool> moved(mesh.positions.size(), false);
+    for (const auto& pair : crossings) {
+      for (const int t : {pair.first, pair.second}) {
+        for (int k = 0; k < 3; ++k) {
+          const int v = mesh.triangles[t / per_triangle][k];
+          moved[v] = moved[mesh.annotations.mirror[v]] = true;
+        }
+      }
+    }
+    const auto normals = compute_vertex_normals(mesh.positions, mesh.triangles);
+    for (int v = 0; v < n; ++v) {
+      const int image = mesh.annotations.mirror[v];
+      if (!moved[v] || image < v) continue;
+      Eigen::Vector3d p = mesh.positions[v] - options.step_mm * normals[v];
+      p = (p * kGrain).array().round() / kGrain;
+      if (image == v) p[0] = 0;
+      mesh.positions[v] = p;
+      mesh.positions[image] = {-p[0], p[1], p[2]};
+    }
+  }
+}
+
+}  // namespace phiz
