@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "formats/error.h"
+#include "stages/geometry/annotations.h"
 
 namespace phiz {
 
@@ -22,7 +23,10 @@ std::shared_ptr<const ControlMesh> load_generic_head(TaskContext& context) {
     auto head = std::make_shared<ControlMesh>();
     std::istringstream mesh(context.read_input("template.obj"));
     std::istringstream annotations(context.read_input("template.json"));
-    with_place(context.describe_input("template.obj"), [&] { *head = read_control_mesh(mesh, annotations); });
+    with_place(context.describe_input("template.obj"), [&] {
+      *head = read_control_mesh(mesh, annotations);
+      require_annotations(*head);
+    });
     return head;
   });
 }

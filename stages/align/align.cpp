@@ -5,6 +5,7 @@
 
 #include "stages/align/mesh_silhouette.h"
 #include "stages/align/point_silhouette.h"
+#include "stages/geometry/annotations.h"
 #include "stages/geometry/error.h"
 #include "stages/geometry/point_grid.h"
 #include "stages/geometry/powell.h"
@@ -139,11 +140,8 @@ class SilhouetteSearch {
 AlignResult align(const PointCloud& cloud, const ControlMesh& generic_head, double head_scale,
                   const AlignOptions& options) {
   CONTRACT(head_scale > 0);
+  require_annotations(generic_head);
   const auto& planes = generic_head.annotations.clipping_planes;
-  for (const char* name : {"neck", "back"})
-    if (!planes.contains(name))
-      throw InvalidInput(std::string("the generic head has no clipping plane `") + name + "`",
-                         "phiz template check FILE");
   AlignResult result;
   result.clipped_back =
       options.clip_back.value_or(lacks_back(cloud, generic_head, head_scale, planes.at("back")));

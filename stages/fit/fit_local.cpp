@@ -7,6 +7,7 @@
 #include <queue>
 
 #include "stages/fit/fit.h"
+#include "stages/geometry/annotations.h"
 #include "stages/geometry/distance_lattice.h"
 #include "stages/geometry/error.h"
 #include "stages/geometry/half_edge.h"
@@ -191,6 +192,7 @@ PowellResult minimise_feature(const FeatureFit& fit) {
 LocalFitResult fit_local(const ScanSurface& scan, const ControlMesh& generic_head,
                          const ControlPositions& aligned, const LocalFitOptions& options) {
   CONTRACT(aligned.size() == generic_head.positions.size());
+  require_annotations(generic_head);
   LocalFitResult result{aligned, {}};
   const auto features = find_features(generic_head);
   const HalfEdgeMesh mesh(generic_head.triangles, static_cast<int>(aligned.size()));
