@@ -65,6 +65,20 @@ Eigen::AlignedBox3f find_box(std::span<const Eigen::Vector3f> positions) {
   return box;
 }
 
+// How far the positions within the box lie from its centre, to the right or left and up or down in the view.
+Eigen::Array2f find_reach(const Screen& screen, const Eigen::AlignedBox3f& box,
+                          std::span<const Eigen::Vector3f> positions) {
+  Eigen::Array2f reach = Eigen::Array2f::Zero();
+  for (const Eigen::Vector3f& p : positions) {
+    if (!box.contains(p)) continue;
+    const Eigen::Vector3f view = screen.rotation * (p - screen.centre_mm);
+    reach = reach.max(view.head<2>().array().abs());
+  }
+  return reach;
+}
+
+}  // namespace
+
 Eigen::AlignedBox3f find_robust_box(std::span<const Eigen::Vector3f> positions) {
   Eigen::AlignedBox3f box;
   std::vector<float> values;
@@ -81,20 +95,6 @@ Eigen::AlignedBox3f find_robust_box(std::span<const Eigen::Vector3f> positions) 
   }
   return box;
 }
-
-// How far the positions within the box lie from its centre, to the right or left and up or down in the view.
-Eigen::Array2f find_reach(const Screen& screen, const Eigen::AlignedBox3f& box,
-                          std::span<const Eigen::Vector3f> positions) {
-  Eigen::Array2f reach = Eigen::Array2f::Zero();
-  for (const Eigen::Vector3f& p : positions) {
-    if (!box.contains(p)) continue;
-    const Eigen::Vector3f view = screen.rotation * (p - screen.centre_mm);
-    reach = reach.max(view.head<2>().array().abs());
-  }
-  return reach;
-}
-
-}  // namespace
 
 std::optional<Camera> find_camera(std::string_view name) {
   for (const NamedCamera& entry : kCameras)

@@ -28,6 +28,9 @@ struct ScreenStyle {
                         ///< positions, widened by 3 %
 };
 
+/// The box of the central 99 % on each axis of the finite positions; empty if there are none.
+Eigen::AlignedBox3f find_robust_box(std::span<const Eigen::Vector3f> positions);
+
 /// Throws InvalidInput if the picture's size is out of range or an explicit frame is empty or not finite.
 Screen make_screen(const ViewOptions& options, std::span<const Eigen::Vector3f> positions,
                    const ScreenStyle& style);
