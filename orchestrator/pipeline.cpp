@@ -70,12 +70,14 @@ const Task& Pipeline::get(const std::string& name) const {
   throw UsageError("there is no stage '" + name + "'", "the stages are: " + names);
 }
 
-std::vector<const Task*> Pipeline::closure(const std::string& last) const {
-  std::set<std::string> needed;
+std::vector<const Task*> Pipeline::closure(const std::string& last,
+                                           const std::vector<std::string>& extras) const {
+  std::set<std::string> needed(extras.begin(), extras.end());
   if (!last.empty()) needed.insert(get(last).name);
   std::vector<const Task*> order;
   for (auto task = tasks_.rbegin(); task != tasks_.rend(); ++task) {
-    if (!last.empty() && !needed.contains(task->name)) continue;
+    const bool always_runs = last.empty() && task->option.empty();
+    if (!always_runs && !needed.contains(task->name)) continue;
     order.push_back(&*task);
     for (const TaskInput& input : task->inputs) needed.insert(input.stage);
   }

@@ -20,8 +20,10 @@ class Pipeline {
   const Task* find(const std::string& name) const;
   const Task& get(const std::string& name) const;  ///< throws UsageError that lists the stages there are
 
-  /// `last` and everything it needs, in order; all stages if `last` is empty.
-  std::vector<const Task*> closure(const std::string& last) const;
+  /// `last` and everything it needs, in order. If `last` is empty, all stages that always run, and `extras`
+  /// (stages with an option) with everything they need.
+  std::vector<const Task*> closure(const std::string& last,
+                                   const std::vector<std::string>& extras = {}) const;
 
   /// "stage.name=value" -> settings. Throws UsageError.
   void add_setting(const std::string& assignment, Settings& settings) const;

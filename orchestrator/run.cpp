@@ -79,7 +79,7 @@ class SubjectRun {
     stage_.clear();
     scan_ = hash_scan(services_.store.files(), job_.scan);
     load_record();
-    for (const Task* task : services_.pipeline.closure(options_.last_stage)) {
+    for (const Task* task : services_.pipeline.closure(options_.last_stage, options_.extra_stages)) {
       stage_ = task->name;
       services_.stop.throw_if_requested();
       run_step(*task);

@@ -23,9 +23,10 @@ struct SubjectJob {
 };
 
 struct RunOptions {
-  std::string last_stage;   ///< stop after this one; empty: all
-  int threads = 0;          ///< of the whole run; 0: all the machine has
-  bool is_dry_run = false;  ///< say what would be computed, change nothing
+  std::string last_stage;                      ///< stop after this one; empty: all that always run
+  std::vector<std::string> extra_stages = {};  ///< and these, which run only where asked for
+  int threads = 0;                             ///< of the whole run; 0: all the machine has
+  bool is_dry_run = false;                     ///< say what would be computed, change nothing
   bool waits_for_leases = true;
   bool fails_fast = false;  ///< start no further subject after a failure
   double lease_poll_seconds = 0.05;

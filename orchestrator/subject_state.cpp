@@ -50,10 +50,11 @@ std::vector<StageState> compute_subject_state(const Store& store, const Pipeline
   states.reserve(pipeline.tasks().size());
   std::map<std::string, const StageState*> earlier;
   for (const Task& task : pipeline.tasks()) {
+    const auto key = record.results.find(task.name);
+    if (key == record.results.end() && !task.option.empty()) continue;
     StageState& state = states.emplace_back();
     state.stage = task.name;
     earlier[task.name] = &state;
-    const auto key = record.results.find(task.name);
     if (key == record.results.end()) continue;
     state.result = store.find_result(key->second);
     if (!state.result || !store.list_missing_outputs(*state.result).empty()) {

@@ -24,7 +24,8 @@ struct StageState {
 
 const char* name_of(StageState::Status status);
 
-/// One entry a stage, in the pipeline's order. Reads records only, hashes nothing.
+/// One entry a stage, in the pipeline's order; stages that run only where asked for and were never computed
+/// have none. Reads records only, hashes nothing.
 std::vector<StageState> compute_subject_state(const Store& store, const Pipeline& pipeline,
                                               const SubjectRecord& record);
 

@@ -75,6 +75,9 @@ struct Task {
   std::vector<std::string> outputs;  ///< file names: "cloud.vdb"
   std::string summary;               ///< which output is a JSON object of figures for the user; may be empty
   std::function<void(TaskContext&)> run;  ///< empty where only the tables are linked
+  /// "--views": runs only where `phiz fit` is given this flag or told to run until it; empty: always. No
+  /// stage that always runs may need it.
+  std::string option = {};
 };
 
 TaskInput scan_input();                                                    ///< "scan"

@@ -20,8 +20,8 @@ show() { printf '\n$ phiz %s\n' "${*//$folder\//}"; "$phiz" "$@"; }
 
 # 300,000 points with noise, holes, hair and shoulders; in centimetres, turned and moved at random.
 [ -e "$folder/subjects.json" ] || show synth -o "$folder" --seed 7 --units cm --rotate-seed 3
-show fit "$scan"
-show fit "$scan"
+show fit "$scan" --views
+show fit "$scan" --views
 show evaluate "$subject" --truth "$folder/truth/$subject.ply" --truth-from-scan "$folder/subjects.json" \
   | tee "$folder/evaluation.txt"
 for file in head.glb head.ply head.png; do
@@ -30,12 +30,17 @@ done
 show export "$subject" -o "$folder/head.obj" --level 3
 show export "$subject" -o "$folder/control.obj" --level 0
 "$phiz" store cat "$subject/align/silhouettes.png" >"$folder/silhouettes.png"
+mkdir -p "$folder/views"
+for view in ingest align fit_local fit_global subdivide closeups; do
+  show export "$subject" --view "$view" -o "$folder/views/$view.png"
+done
 
 cat <<END
 
 In $folder:
   scans/$subject.ply   the raw scan: 300,000 points, no known unit or axes, shoulders, hair, outliers
   head.png             look first: the fitted head from several sides
+  views/               what each stage made, beside the scan, and distances in colour; closeups.png: ears, eyes, lips
   head.ply             the same surface at the finest level, mm, upright: open it in any viewer
   head.obj             one level coarser, with (u,v)
   control.obj          its control mesh: the same vertices, in the same places, for every person

@@ -67,7 +67,9 @@ void print_object(const Session& session, const Task& task) {
 int run_explain(const std::vector<std::string>& stages, Session& session) {
   std::vector<const Task*> tasks;
   for (const std::string& stage : stages) tasks.push_back(&session.pipeline().get(stage));
-  if (stages.empty()) tasks = session.pipeline().closure("");
+  if (stages.empty()) {
+    for (const Task& task : session.pipeline().tasks()) tasks.push_back(&task);
+  }
   for (const Task* task : tasks) {
     if (session.globals().is_json) {
       print_object(session, *task);

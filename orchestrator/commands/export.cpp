@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -13,6 +14,7 @@
 #include "orchestrator/object_reference.h"
 #include "orchestrator/option_set.h"
 #include "orchestrator/session.h"
+#include "orchestrator/subject_state.h"
 #include "orchestrator/tasks/head_surface.h"
 #include "store/durable_writer.h"
 #include "store/error.h"
@@ -22,13 +24,38 @@ namespace {
 
 struct ExportArguments {
   std::string subject;
-  std::optional<std::string> output, frame;
+  std::optional<std::string> output, frame, view;
   std::optional<int> level;
 };
+
+/// A sheet of pictures that `phiz fit --views` made of this very fit.
+std::string read_view(const ExportArguments& arguments, const Session& session, const Store& store) {
+  if (arguments.level || arguments.frame) throw UsageError("--view goes without --level and --frame");
+  const Task& task = session.pipeline().get("views");
+  const std::string output = *arguments.view + ".png";
+  if (std::find(task.outputs.begin(), task.outputs.end(), output) == task.outputs.end()) {
+    std::string names;
+    for (const std::string& name : task.outputs)
+      names += (names.empty() ? "" : ", ") + std::filesystem::path(name).stem().string();
+    throw UsageError("there is no view '" + *arguments.view + "'", "the views are: " + names);
+  }
+  const SubjectRecord record = session.get_subject(store, arguments.subject);
+  for (const StageState& state : compute_subject_state(store, session.pipeline(), record)) {
+    if (state.stage == task.name && state.status == StageState::Status::kDone)
+      return store.read_object(state.result->outputs.at(output).digest);
+  }
+  throw UsageError(
+      "the store holds no pictures of this fit of " + arguments.subject,
+      "make them: phiz fit " + record.scan_path + " --subject " + record.name + " " + task.option);
+}
 
 /// The bytes of the file, by its extension.
 std::string make_file(const std::string& extension, const ExportArguments& arguments, const Session& session,
                       const Store& store) {
+  if (arguments.view) {
+    if (extension != ".png") throw UsageError("a view is a .png");
+    return read_view(arguments, session, store);
+  }
   const bool in_scan_frame = arguments.frame == "scan";
   const auto read = [&](const std::string& output) {
     return store.read_object(find_referenced_object(session, store, arguments.subject + "/" + output).digest);
@@ -92,7 +119,10 @@ int run_export(const ExportArguments& arguments, Session& session) {
 
 Command make_export_command() {
   Command command{
-      "export", "write a fitted head as .glb .obj .ply .drc .png, or its clean cloud as .vdb", {}, {}};
+      "export",
+      "write a fitted head as .glb .obj .ply .drc .png, its clean cloud as .vdb, or pictures of a stage",
+      {},
+      {}};
   command.declare = [](OptionSet& options, const Environment&) -> Command::Action {
     auto arguments = std::make_shared<ExportArguments>();
     options.add_positional("SUBJECT", arguments->subject, "the subject");
@@ -103,6 +133,10 @@ Command make_export_command() {
         "level of subdivision (default: the finest; a .glb without --level is the asset itself)");
     options.add_text("--frame", arguments->frame,
                      "head (mm, upright; default) or scan (the scan's own frame and units)");
+    options.add_text(
+        "--view", arguments->view,
+        "into a .png: pictures of a stage beside the scan, from phiz fit --views: ingest, align, "
+        "fit_local, fit_global, subdivide or closeups");
     return [arguments](Session& session) { return run_export(*arguments, session); };
   };
   return command;

@@ -22,12 +22,19 @@ struct Shortcut {
   std::string column() const { return parameter.option.substr(2); }
 };
 
+/// A stage that runs only where asked for, such as --views.
+struct ExtraStage {
+  std::string name;
+  bool is_asked_for = false;
+};
+
 struct FitArguments {
   std::vector<std::string> scans;
   std::optional<std::string> list, subject, head, last_stage;
   std::vector<std::string> assignments;
   bool does_not_wait = false, fails_fast = false;
   std::vector<Shortcut> shortcuts;
+  std::vector<ExtraStage> extras;
 };
 
 class JobMaker {
@@ -117,7 +124,7 @@ int preview_without_store(const std::vector<SubjectJob>& jobs, const RunOptions&
     outcome.subject = job.subject;
     try {
       hash_scan(session.files(), job.scan);
-      for (const Task* task : session.pipeline().closure(options.last_stage)) {
+      for (const Task* task : session.pipeline().closure(options.last_stage, options.extra_stages)) {
         outcome.steps.push_back({task->name, StepOutcome::Status::kWouldCompute, "no store yet", {}});
         session.reporter().step_finished({job.subject, task->name}, outcome.steps.back());
       }
@@ -135,6 +142,14 @@ int run_fit(const FitArguments& arguments, Session& session) {
   const std::vector<SubjectJob> jobs = JobMaker(arguments, session).make();
   RunOptions options;
   options.last_stage = arguments.last_stage.value_or("");
+  for (const ExtraStage& extra : arguments.extras) {
+    if (!extra.is_asked_for) continue;
+    if (arguments.last_stage) {
+      throw UsageError("--until and " + session.pipeline().get(extra.name).option + " exclude each other",
+                       "--until " + extra.name + " runs what it needs");
+    }
+    options.extra_stages.push_back(extra.name);
+  }
   options.threads = session.globals().threads.value_or(0);
   options.is_dry_run = session.globals().is_dry_run;
   options.waits_for_leases = !arguments.does_not_wait;
@@ -172,6 +187,11 @@ Command make_fit_command() {
       for (const Parameter& parameter : task.parameters) {
         if (!parameter.option.empty()) arguments->shortcuts.push_back({task.name, parameter, {}});
       }
+      if (!task.option.empty()) arguments->extras.push_back({task.name});
+    }
+    for (ExtraStage& extra : arguments->extras) {
+      const Task& task = environment.pipeline.get(extra.name);
+      options.add_flag(task.option, extra.is_asked_for, "also make " + task.doc + "; see phiz export --view");
     }
     for (Shortcut& shortcut : arguments->shortcuts) {
       options.add_text(shortcut.label(), shortcut.text,

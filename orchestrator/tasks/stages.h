@@ -10,11 +10,13 @@ Task describe_align();       // align_table.cpp
 Task describe_fit_local();   // fit_table.cpp
 Task describe_fit_global();  // fit_table.cpp
 Task describe_subdivide();   // subdivide_table.cpp
+Task describe_views();       // views_table.cpp
 
 void run_ingest(TaskContext& context);      // ingest.cpp
 void run_align(TaskContext& context);       // align.cpp
 void run_fit_local(TaskContext& context);   // fit_local.cpp
 void run_fit_global(TaskContext& context);  // fit_global.cpp
 void run_subdivide(TaskContext& context);   // subdivide.cpp
+void run_views(TaskContext& context);       // views.cpp
 
 }  // namespace phiz

@@ -7,11 +7,9 @@
 namespace phiz {
 
 std::vector<Task> list_tasks() {
-  const std::map<std::string, void (*)(TaskContext&)> runs = {{"ingest", run_ingest},
-                                                              {"align", run_align},
-                                                              {"fit_local", run_fit_local},
-                                                              {"fit_global", run_fit_global},
-                                                              {"subdivide", run_subdivide}};
+  const std::map<std::string, void (*)(TaskContext&)> runs = {
+      {"ingest", run_ingest},         {"align", run_align},         {"fit_local", run_fit_local},
+      {"fit_global", run_fit_global}, {"subdivide", run_subdivide}, {"views", run_views}};
   std::vector<Task> tasks = list_task_tables();
   CONTRACT(tasks.size() == runs.size());
   for (Task& task : tasks) task.run = runs.at(task.name);

@@ -33,6 +33,15 @@ TEST_F(Commands, StatusTellsDoneStaleAndMissing) {
   EXPECT_EQ(phiz_.run({"status", "nobody"}), 2);
 }
 
+TEST_F(Commands, StatusCountsAStageWithAnOptionOnceItWasAskedFor) {
+  phiz_.run({"fit", "/scans/a.xyz", "--look"});
+  phiz_.run({"status", "a"});
+  EXPECT_TRUE(has(phiz_.out, "a        4/4  done")) << phiz_.out;
+  phiz_.run({"fit", "/scans/a.xyz", "--set", "read.loud=true"});
+  phiz_.run({"status", "a"});
+  EXPECT_TRUE(has(phiz_.out, "a        3/4  look stale")) << phiz_.out;
+}
+
 TEST_F(Commands, WhyNamesTheLineOfTheKeyThatChanged) {
   EXPECT_EQ(phiz_.run({"why", "a", "join"}), 0);
   EXPECT_TRUE(has(phiz_.out, "computed because: no result yet")) << phiz_.out;

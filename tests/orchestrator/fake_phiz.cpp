@@ -65,6 +65,11 @@ void run_finish(FakeStages& stages, TaskContext& context) {
   context.write_output("finish.json", "{\"scan_from_head\":[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}");
 }
 
+void run_look(FakeStages& stages, TaskContext& context) {
+  begin(stages, "look");
+  context.write_output("look.png", "picture of " + context.read_input("head.glb"));
+}
+
 }  // namespace
 
 std::vector<Task> make_fake_tasks(FakeStages& stages) {
@@ -81,7 +86,9 @@ std::vector<Task> make_fake_tasks(FakeStages& stages) {
   Task finish{"finish", "makes the head", "", 1, {}, {}, {"head.glb", "finish.json"}, "finish.json", {}};
   finish.inputs = {output_of("join", "joined.txt"), template_annotations_input()};
   finish.run = [&stages](TaskContext& context) { run_finish(stages, context); };
-  return {finish, read, join};  // the pipeline finds the order
+  Task look{"look", "pictures", "", 1, {}, {output_of("finish", "head.glb")}, {"look.png"}, "", {}, "--look"};
+  look.run = [&stages](TaskContext& context) { run_look(stages, context); };
+  return {look, finish, read, join};  // the pipeline finds the order
 }
 
 FakePhiz::FakePhiz() {

@@ -31,7 +31,7 @@ struct FakeStages {
 };
 
 /// Three small stages that work on text: `read` splits the scan into words, `join` puts them together step by
-/// step with checkpoints, `finish` makes "head.glb" and a summary. A scan that holds "bad" is refused by
+/// step with checkpoints, `finish` makes "head.glb" and a summary; `look` runs only with --look. A scan that holds "bad" is refused by
 /// `read`, one that holds "blob" is rejected by `finish`.
 std::vector<Task> make_fake_tasks(FakeStages& stages);
 

@@ -42,6 +42,22 @@ TEST(Fit, ComputesEachStageOnceAndThenHasNothingToDo) {
   EXPECT_EQ(phiz.disk.files_created(), files) << "finished work writes nothing";
 }
 
+TEST(Fit, AStageWithAnOptionRunsOnlyWhereAskedForAndOnce) {
+  FakePhiz phiz;
+  phiz.run({"fit", "/scans/a.xyz"});
+  EXPECT_EQ(phiz.stages.runs.count("look"), 0u);
+  EXPECT_EQ(phiz.run({"fit", "/scans/a.xyz", "--look"}), 0) << phiz.err;
+  EXPECT_EQ(phiz.stages.runs, (Runs{{"read", 1}, {"join", 1}, {"finish", 1}, {"look", 1}}));
+  EXPECT_NE(phiz.out.find("a: 1 of 4 stages computed"), std::string::npos) << phiz.out;
+  const auto files = phiz.disk.files_created();
+  EXPECT_EQ(phiz.run({"fit", "/scans/a.xyz", "--look"}), 0);
+  EXPECT_NE(phiz.out.find("a: nothing to do"), std::string::npos) << phiz.out;
+  EXPECT_EQ(phiz.disk.files_created(), files);
+  EXPECT_EQ(phiz.run({"fit", "/scans/a.xyz", "--until", "look"}), 0);
+  EXPECT_EQ(phiz.stages.runs["look"], 1);
+  EXPECT_EQ(phiz.run({"fit", "/scans/a.xyz", "--look", "--until", "join"}), 2);
+}
+
 TEST(Fit, OnlyWhatDependsOnAChangeIsComputedAgain) {
   FakePhiz phiz;
   phiz.run({"fit", "/scans/a.xyz"});

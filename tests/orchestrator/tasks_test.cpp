@@ -18,7 +18,7 @@ TEST(TaskTables, FormAPipelineFromScanToHead) {
   const Pipeline pipeline(list_task_tables());
   ASSERT_FALSE(pipeline.tasks().empty());
   EXPECT_EQ(pipeline.tasks().front().name, "ingest");
-  const auto& last = pipeline.tasks().back().outputs;
+  const auto& last = pipeline.closure("").back()->outputs;
   EXPECT_NE(std::find(last.begin(), last.end(), "head.glb"), last.end());
 }
 

@@ -65,6 +65,20 @@ TEST(Pipeline, PutsEachStageAfterThoseItNeeds) {
   EXPECT_EQ(needed, "ab");
 }
 
+TEST(Pipeline, AStageWithAnOptionIsPassedOverUnlessAskedFor) {
+  Task extra = task_named("x", {output_of("a", "out")});
+  extra.option = "--x";
+  const Pipeline pipeline({task_named("a", {scan_input()}), extra, task_named("b", {output_of("a", "out")})});
+  const auto names = [](const std::vector<const Task*>& tasks) {
+    std::string text;
+    for (const Task* task : tasks) text += task->name;
+    return text;
+  };
+  EXPECT_EQ(names(pipeline.closure("")), "ab");
+  EXPECT_EQ(names(pipeline.closure("", {"x"})), "axb");
+  EXPECT_EQ(names(pipeline.closure("x")), "ax");
+}
+
 TEST(Pipeline, TablesThatCannotWorkAreBugs) {
   EXPECT_THROW(Pipeline({task_named("a", {}), task_named("a", {})}), ContractViolation);
   EXPECT_THROW(Pipeline({task_named("a", {output_of("b", "out")})}), ContractViolation);
