@@ -37,7 +37,9 @@ PointCloud gather_points(const ScanFile& scan, const IngestOptions& options, Ing
     }
   }
   std::vector<char> keep(cloud.size());
-  for (std::size_t i = 0; i < keep.size(); ++i) keep[i] = cloud.positions[i].allFinite();
+  constexpr float kBeyondMeasure = 1e15f;  // squares of it are still numbers
+  for (std::size_t i = 0; i < keep.size(); ++i)
+    keep[i] = (cloud.positions[i].array().abs() < kBeyondMeasure).all();
   summary.removed_non_finite = keep_points(cloud, keep);
   summary.points_sampled = cloud.size();
   if (cloud.size() < 1000)
@@ -62,15 +64,25 @@ Eigen::AlignedBox3f robust_box(const std::vector<Eigen::Vector3f>& points) {
   return {low - pad, high + pad};
 }
 
+/// The points without gross outliers, which would make the lattices of the pose search coarse.
+struct Inliers {
+  std::vector<Eigen::Vector3f> points;
+  float extent = 0;  ///< diagonal of the robust box
+};
+
+Inliers find_inliers(const std::vector<Eigen::Vector3f>& points) {
+  const auto box = robust_box(points);
+  Inliers inliers{{}, box.diagonal().norm()};
+  if (!(inliers.extent > 0)) throw InvalidInput("all points of the scan are at one place");
+  for (const auto& p : points)
+    if (box.contains(p)) inliers.points.push_back(p);
+  return inliers;
+}
+
 /// Evenly thinned samples for the pose search: mean points of the lattice cells that hold enough.
-std::vector<Eigen::Vector3f> thin_scan(const PointCloud& cloud) {
-  const auto box = robust_box(cloud.positions);
-  if (!(box.diagonal().norm() > 0)) throw InvalidInput("all points of the scan are at one place");
-  std::vector<Eigen::Vector3f> inside;
-  for (const auto& p : cloud.positions)
-    if (box.contains(p)) inside.push_back(p);
-  const PointGrid grid(inside, box.diagonal().norm() / 120.0f);
-  const auto supported = find_supported(inside, grid.cell());
+std::vector<Eigen::Vector3f> thin_scan(const Inliers& inliers) {
+  const PointGrid grid(inliers.points, inliers.extent / 120.0f);
+  const auto supported = find_supported(inliers.points, grid.cell());
   std::vector<Eigen::Vector3f> thinned;
   for (std::size_t c = 0; c < grid.cell_count(); ++c) {
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
@@ -172,11 +184,12 @@ IngestResult ingest(const ScanFile& scan, const ControlMesh& generic_head, const
   IngestSummary& summary = result.summary;
   result.cloud = gather_points(scan, options, summary);
 
-  auto poses = search_pose(thin_scan(result.cloud), generic_head);
+  const Inliers inliers = find_inliers(result.cloud.positions);
+  auto poses = search_pose(thin_scan(inliers), generic_head);
   summary.pose_score = poses.front().score;
   poses.resize(std::min<std::size_t>(poses.size(), 3));
   const float spacing = median_spacing(result.cloud.positions);
-  polish_poses(result.cloud.positions, spacing, generic_head, poses);
+  polish_poses(inliers.points, spacing, generic_head, poses);
   const SimilarityPose& pose = poses.front();
   summary.pose_mismatch = pose.score;
   if (summary.pose_score > options.reject_score || pose.score > options.reject_mismatch) reject(summary);
