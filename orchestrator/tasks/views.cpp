@@ -11,7 +11,7 @@
 namespace phiz {
 namespace {
 
-constexpr float kCloseUpPointMm = 1;
+constexpr float kCloseUpPointMm = 1.5f;
 constexpr int kSmoothLevel = 2;  // of the surface of a control mesh, as the global fit measures it
 
 using Positions = std::vector<Eigen::Vector3d>;

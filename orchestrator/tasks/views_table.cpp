@@ -7,7 +7,7 @@ Task describe_views() {
   task.name = "views";
   task.doc = "pictures of what each stage made beside the scan, with distances in colour";
   task.source = "ours";
-  task.version = 1;
+  task.version = 2;
   task.option = "--views";
   task.inputs = {output_of("ingest", "cloud.vdb"),
                  output_of("align", "alignment.json"),
