@@ -14,6 +14,8 @@ namespace {
 
 constexpr float kGridCellMm = 1.5f;
 constexpr float kLeastNormalDot = 0.25f;
+constexpr float kSoundConfidence = 0.6f;  ///< below it points count as rough
+constexpr float kMostWidening = 5.0f;
 
 /// First point of each sheet in each cell stands for it: a sheet is a set of points with normals within 60
 /// degrees.
@@ -114,10 +116,11 @@ ScanSurface::Measurement ScanSurface::measure(const Eigen::Vector3f& position, c
                                               float bandwidth_mm, float reach_mm) const {
   Measurement result;
   float offset = 0, bandwidth = bandwidth_mm;
+  bool widened = false;
   for (int iteration = 0; iteration < 6; ++iteration) {
     const Eigen::Vector3f q = position + offset * normal;
     const float radius = 2.0f * bandwidth, inverse = 1.0f / (bandwidth * bandwidth);
-    float weight_sum = 0, plane_sum = 0, confidence_sum = 0;
+    float weight_sum = 0, plane_sum = 0, confidence_sum = 0, plain_sum = 0;
     Eigen::Vector3f mean = Eigen::Vector3f::Zero(), mean_normal = Eigen::Vector3f::Zero();
     int count = 0;
     grid_.for_each_within(q, radius, [&](int slot, float d2) {
@@ -131,8 +134,17 @@ ScanSurface::Measurement ScanSurface::measure(const Eigen::Vector3f& position, c
       mean += w * d;
       mean_normal += w * m;
       confidence_sum += w * confidences_[slot];
+      plain_sum += confidences_[slot];
       ++count;
     });
+    if (count >= 6 && !widened) {  // hair: rough points are averaged over a wider neighbourhood
+      widened = true;
+      const float roughness = kSoundConfidence * count / std::max(plain_sum, 1e-3f);
+      if (roughness > 1) {
+        bandwidth = std::max(bandwidth, bandwidth_mm * std::min(roughness, kMostWidening));
+        continue;
+      }
+    }
     if (count < 6) {  // too few: look farther
       if (bandwidth > 4.0f * bandwidth_mm || bandwidth > 0.7f * reach_mm + bandwidth_mm) return {};
       bandwidth *= 1.5f;

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "stages/geometry/normals.h"
 #include "stages/geometry/point_index.h"
+#include "stages/ingest/soup.h"
 #include "tests/bench/figures.h"
 
 namespace phiz::bench {
@@ -27,6 +27,32 @@ bool is_above_neck(const Eigen::Vector3d& place_in_head, const FittedHead& fitte
 
 double scale_of(const Eigen::Matrix4d& matrix) {
   return std::cbrt(matrix.topLeftCorner<3, 3>().determinant());
+}
+
+/// Places spread by area over the true face and ears, without hair.
+std::vector<Eigen::Vector3f> sample_face(const TriangleMesh& truth, const TruthLabels& labels) {
+  constexpr int kPlaces = 20'000;
+  ScanFile face;
+  face.points.positions = truth.positions;
+  for (const Eigen::Vector3i& t : truth.triangles) {
+    const bool is_bare = !labels.is_hair[t[0]] && !labels.is_hair[t[1]] && !labels.is_hair[t[2]];
+    if (t.maxCoeff() <= labels.face_last && is_bare) face.triangles.push_back(t);
+  }
+  return sample_soup(face, kPlaces).positions;
+}
+
+/// Facet normal of the truth at a place on it.
+Eigen::Vector3f normal_at(const TruthScene& scene, const Eigen::Vector3f& place) {
+  const auto hit = scene.surface.find_nearest(place.cast<double>(), kFar);
+  const Eigen::Vector3i& t = scene.truth.triangles[hit->triangle_idx];
+  const auto& p = scene.truth.positions;
+  return (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]).normalized();
+}
+
+Positions to_double(const std::vector<Eigen::Vector3f>& places) {
+  Positions result;
+  for (const Eigen::Vector3f& p : places) result.push_back(p.cast<double>());
+  return result;
 }
 
 }  // namespace
@@ -92,21 +118,20 @@ SkinErrors measure_skin(const BenchSubject& subject, const TruthScene& scene, co
       subject.has_triangles ? to_float(transform(truth_from_head, fitted.cloud.positions))
                             : scene.scan_points;
   const PointIndex points(seen_points);
-  const Positions in_head = transform(truth_from_head.inverse(), scene.truth.positions);
-  const std::vector<Eigen::Vector3f> normals =
-      compute_vertex_normals(std::span<const Eigen::Vector3f>(scene.truth.positions), scene.truth.triangles);
+  const std::vector<Eigen::Vector3f> skin = sample_face(scene.truth, labels);
+  const Positions in_head = transform(truth_from_head.inverse(), to_double(skin));
   SkinErrors errors;
   std::vector<PointIndex::Neighbour> near;
-  for (int vertex = 0; vertex <= labels.face_last; ++vertex) {
-    if (labels.is_hair[vertex] || !is_above_neck(in_head[vertex], fitted, head)) continue;
-    const Eigen::Vector3f& place = scene.truth.positions[vertex];
-    points.find_within(place, kSeenMm, near);
+  for (std::size_t i = 0; i < skin.size(); ++i) {
+    if (!is_above_neck(in_head[i], fitted, head)) continue;
+    points.find_within(skin[i], kSeenMm, near);
     if (near.empty()) continue;
-    const auto hit = finest.find_nearest(place.cast<double>(), kFar);
+    const auto hit = finest.find_nearest(skin[i].cast<double>(), kFar);
     errors.surface.push_back(hit ? hit->distance : kFar);
+    const Eigen::Vector3f normal = normal_at(scene, skin[i]);
     std::vector<double> offsets;
     for (const PointIndex::Neighbour& neighbour : near) {
-      offsets.push_back(normals[vertex].dot(seen_points[neighbour.point_idx] - place));
+      offsets.push_back(normal.dot(seen_points[neighbour.point_idx] - skin[i]));
     }
     errors.point_medians.push_back(std::abs(median(std::move(offsets))));
   }

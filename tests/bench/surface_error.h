@@ -38,7 +38,7 @@ struct IngestShares {
 IngestShares measure_ingest(const BenchSubject& subject, const TruthScene& scene, const FittedHead& fitted,
                             const GenericHead& head);
 
-/// Distances in mm at the true vertices of face and ears above the neck plane, hair left out, that have a
+/// Distances in mm at places spread by area over the true face and ears above the neck plane, hair left out, that have a
 /// scan point within 1 mm.
 struct SkinErrors {
   std::vector<double> surface;        ///< to the finished surface
