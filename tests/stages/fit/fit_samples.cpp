@@ -30,10 +30,11 @@ PointCloud sample_surface(const ControlPositions& control, int count) {
     cumulated.push_back(total += normals.back().norm());
   }
   PointCloud cloud;
+  Random random(1);  // its own: the same points whichever test comes first
   for (int i = 0; i < count; ++i) {
     const auto found = std::upper_bound(cumulated.begin(), cumulated.end(), (i + 0.5) / count * total);
     const std::size_t t_idx = std::min<std::size_t>(found - cumulated.begin(), triangles.size() - 1);
-    double u = random().uniform(), v = random().uniform();
+    double u = random.uniform(), v = random.uniform();
     if (u + v > 1) u = 1 - u, v = 1 - v;
     const auto& t = triangles[t_idx];
     cloud.positions.push_back(
