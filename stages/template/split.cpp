@@ -50,6 +50,23 @@ void add_rails_of_points(const Layout& layout, const std::vector<std::vector<int
   }
 }
 
+/// The new vertex in the middle of edge k of a feature curve: on the curve's rail where the curve is held.
+HalfMesh::Vertex find_curve_middle(const HalfMesh& mesh, const Layout::Curve& curve, std::size_t k,
+                                   const SurfaceLookup& surface) {
+  const HalfMesh::Vertex& a = mesh.vertices[curve.points[k]];
+  const HalfMesh::Vertex& b = mesh.vertices[curve.points[(k + 1) % curve.points.size()]];
+  HalfMesh::Vertex middle;
+  middle.uv = 0.5 * (a.uv + b.uv);
+  const bool straight = (a.on_mirror() && b.on_mirror()) || (a.on_neck() && b.on_neck());
+  if (!curve.held || straight) return middle;
+  middle.rail = find_rail(curve, mesh.vertices, k, surface);
+  middle.uv = surface.descend_to(middle.rail->at(0.5), middle.uv);
+  const auto& uv = middle.uv;
+  if (uv[0] <= 0 || uv[0] >= 0.5 || uv[1] <= 0 || uv[1] >= 1)
+    throw InvalidInput("curve '" + curve.name + "' swings out of the half square");
+  return middle;
+}
+
 }  // namespace
 
 Eigen::Vector3d Rail::at(double t) const {
@@ -87,17 +104,7 @@ HalfMesh split_triangles(const HalfMesh& mesh, const Layout& layout, const Surfa
         curves[c].push_back(known->second);
         continue;
       }
-      HalfMesh::Vertex middle;
-      middle.uv = 0.5 * (mesh.vertices[a].uv + mesh.vertices[b].uv);
-      const bool straight = (mesh.vertices[a].on_mirror() && mesh.vertices[b].on_mirror()) ||
-                            (mesh.vertices[a].on_neck() && mesh.vertices[b].on_neck());
-      if (curve.held && !straight) {
-        middle.rail = find_rail(curve, mesh.vertices, k, surface);
-        middle.uv = surface.descend_to(middle.rail->at(0.5), middle.uv);
-        const auto& uv = middle.uv;
-        if (uv[0] <= 0 || uv[0] >= 0.5 || uv[1] <= 0 || uv[1] >= 1)
-          throw InvalidInput("curve '" + curve.name + "' swings out of the half square");
-      }
+      const HalfMesh::Vertex middle = find_curve_middle(mesh, curve, k, surface);
       curves[c].push_back(add_middle(a, b, middle, static_cast<int>(c)));
     }
   }
