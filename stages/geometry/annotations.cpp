@@ -9,7 +9,7 @@ namespace {
 
 [[noreturn]] void refuse(std::string what) {
   throw InvalidInput("the generic head has " + std::move(what),
-                     "see what is missing: phiz template check FILE");
+                     "samples/generic_head/head.json has all that is needed");
 }
 
 }  // namespace

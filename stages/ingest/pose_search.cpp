@@ -69,7 +69,8 @@ class PoseProblem {
         scan_lattice_(scan, 0.05f * extent(scan), 112) {
     const auto it = head.annotations.clipping_planes.find("neck");
     if (it == head.annotations.clipping_planes.end())
-      throw InvalidInput("the generic head has no clipping plane `neck`", "phiz template check FILE");
+      throw InvalidInput("the generic head has no clipping plane `neck`",
+                         "samples/generic_head/head.json has all that is needed");
     neck_ = it->second;
     for (const auto& p : model_dense_) model_box_.extend(p);
     if (const auto face = head.annotations.regions.find("face"); face != head.annotations.regions.end())
