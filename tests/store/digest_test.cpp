@@ -35,8 +35,11 @@ TEST(Digest, ItsTextReadsBackAndNothingElseDoes) {
   EXPECT_EQ(parse_digest(digest.hex()), digest);
   EXPECT_FALSE(parse_digest(digest.hex() + "0"));
   EXPECT_FALSE(parse_digest(digest.hex().substr(1)));
-  EXPECT_FALSE(parse_digest("G" + digest.hex().substr(1)));
-  EXPECT_FALSE(parse_digest("A" + digest.hex().substr(1)));
+  for (const char wrong : {'G', 'A', ' ', '/'}) {
+    std::string text = digest.hex();
+    text[0] = wrong;
+    EXPECT_FALSE(parse_digest(text)) << wrong;
+  }
   EXPECT_FALSE(parse_digest(""));
 }
 
