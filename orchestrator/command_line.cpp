@@ -49,6 +49,8 @@ void add_globals(CLI::App& app, GlobalOptions& globals) {
   app.add_option("--store", globals.store, "the store (default $PHIZ_STORE, else ./phiz-store)");
   app.add_option("-j,--threads", globals.threads, "threads to use (default: all)")
       ->check(CLI::Range(1, 4096));
+  app.add_option("--max-memory", globals.max_memory,
+                 "memory to use, such as 4G: fewer subjects at a time (default: no bound)");
   app.add_flag("--json", globals.is_json,
                "JSON lines on stdout, the last is {\"type\":\"exit\",\"code\":...}");
   app.add_flag("-q,--quiet", globals.is_quiet, "errors and results only");

@@ -14,6 +14,7 @@ namespace phiz {
 struct GlobalOptions {
   std::optional<std::string> store;
   std::optional<int> threads;
+  std::optional<std::string> max_memory;  ///< as written: "4G"
   bool is_json = false, is_quiet = false, is_verbose = false, is_dry_run = false;
 };
 

@@ -45,16 +45,19 @@ auto with_input_faults(const Call& call) {
 
 }  // namespace
 
-ScanInput hash_scan(FileSystem& files, const std::filesystem::path& path) {
+ScanInput hash_scan(FileSystem& files, const std::filesystem::path& path, const ScanInput& known) {
   return with_input_faults([&] {
     require_file(files, path);
-    ScanInput scan{path, clean_extension(path), {}, 0};
+    ScanInput scan{path, clean_extension(path), known.digest, known.size_bytes, files.find_stamp(path)};
+    if (!scan.stamp.empty() && scan.stamp == known.stamp) return scan;
+    scan.size_bytes = 0;
     Sha256 hash;
     files.read_blocks(path, [&](std::span<const std::byte> block) {
       hash.update(block);
       scan.size_bytes += block.size();
     });
     scan.digest = hash.finish();
+    if (!scan.stamp.empty() && files.find_stamp(path) != scan.stamp) scan.stamp.clear();
     return scan;
   });
 }

@@ -15,11 +15,12 @@ struct ScanInput {
   std::string extension;       ///< ".ply", lower case
   Digest digest;
   std::uint64_t size_bytes = 0;
+  std::string stamp = {};  ///< FileSystem::find_stamp when it was hashed
 };
 
-/// Reads the file once, in blocks. Throws FormatError that names the path: missing, a folder, no permission,
-/// empty.
-ScanInput hash_scan(FileSystem& files, const std::filesystem::path& path);
+/// Reads the file once, in blocks; not at all if its stamp is the one of `known`, whose digest it then has.
+/// Throws FormatError that names the path: missing, a folder, no permission, empty.
+ScanInput hash_scan(FileSystem& files, const std::filesystem::path& path, const ScanInput& known = {});
 
 /// The bytes that were hashed. Throws FormatError if the file has changed since.
 std::string read_scan(FileSystem& files, const ScanInput& scan);

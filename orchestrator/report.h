@@ -22,6 +22,11 @@ class Reporter {
   virtual void warning(const StepPlace& place, const std::string& line) = 0;
   virtual void failure(const StepPlace& place, const Failure& failure) = 0;
   virtual void subject_finished(const SubjectOutcome& outcome) = 0;
+  /// After the last subject: what failed, once more, where there were several.
+  virtual void end(const std::vector<SubjectOutcome>& outcomes, std::size_t subject_count) {
+    static_cast<void>(outcomes), static_cast<void>(subject_count);
+  }
+  virtual bool wants_summaries() const { return false; }  ///< if not, SubjectOutcome::summaries may be empty
 };
 
 struct ReportOptions {

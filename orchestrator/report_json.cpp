@@ -74,6 +74,8 @@ class JsonReporter final : public Reporter {
     write(object);
   }
 
+  bool wants_summaries() const override { return true; }
+
   void subject_finished(const SubjectOutcome& outcome) override {
     json object = {{"type", "subject"},
                    {"subject", outcome.subject},

@@ -4,16 +4,11 @@
 #include <mutex>
 
 #include "orchestrator/progress_bar.h"
+#include "orchestrator/quantity.h"
 #include "orchestrator/report.h"
 
 namespace phiz {
 namespace {
-
-std::string format_bytes(std::uint64_t bytes) {
-  if (bytes < 10'000) return fmt::format("{} B", bytes);
-  if (bytes < 10'000'000) return fmt::format("{:.1f} kB", bytes / 1e3);
-  return fmt::format("{:.1f} MB", bytes / 1e6);
-}
 
 std::string describe_steps(const SubjectOutcome& outcome) {
   std::size_t computed = 0, waiting = 0;
@@ -100,6 +95,23 @@ class TextReporter final : public Reporter {
       }
     }
     out_ << line << std::endl;
+  }
+
+  void end(const std::vector<SubjectOutcome>& outcomes, std::size_t subject_count) override {
+    const std::lock_guard lock(mutex_);
+    bar_.erase();
+    std::size_t failed = 0;
+    for (const SubjectOutcome& outcome : outcomes) failed += outcome.failure.has_value();
+    if (subject_count < 2 || failed == 0) return;
+    std::string text = fmt::format("{} of {} subjects failed:\n", failed, subject_count);
+    for (const SubjectOutcome& outcome : outcomes) {
+      if (!outcome.failure) continue;
+      text += "  " + outcome.subject + (outcome.failed_stage.empty() ? "" : " " + outcome.failed_stage) +
+              fmt::format(" (code {}): ", outcome.failure->code) + outcome.failure->what + "\n";
+    }
+    if (outcomes.size() < subject_count)
+      text += fmt::format("{} subjects were not started\n", subject_count - outcomes.size());
+    err_ << text << std::flush;
   }
 
  private:

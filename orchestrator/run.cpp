@@ -77,7 +77,6 @@ class SubjectRun {
 
   void run_stages() {
     stage_.clear();
-    scan_ = hash_scan(services_.store.files(), job_.scan);
     load_record();
     for (const Task* task : services_.pipeline.closure(options_.last_stage, options_.extra_stages)) {
       stage_ = task->name;
@@ -86,8 +85,8 @@ class SubjectRun {
       if (outcome_.steps.back().result) results_[task->name] = *outcome_.steps.back().result;
     }
     stage_.clear();
-    if (!options_.is_dry_run) services_.store.save_subject(record_);
-    read_summaries();
+    if (!options_.is_dry_run && record_ != former_) services_.store.save_subject(record_);
+    if (services_.reporter.wants_summaries()) read_summaries();
   }
 
   void load_record() {
@@ -98,11 +97,15 @@ class SubjectRun {
       if (error.fault() != StoreFault::kDamaged) throw;
       services_.reporter.warning({job_.subject, ""}, std::string(error.what()) + ": writing it anew");
     }
+    ScanInput known;
+    if (!options_.reads_scans) known = {{}, {}, former_.scan_digest, former_.scan_bytes, former_.scan_stamp};
+    scan_ = hash_scan(services_.store.files(), job_.scan, known);
     record_ = former_;
     record_.name = job_.subject;
     record_.scan_path = std::filesystem::absolute(job_.scan).lexically_normal().string();
     record_.scan_digest = scan_.digest;
     record_.scan_bytes = scan_.size_bytes;
+    record_.scan_stamp = scan_.stamp;
   }
 
   /// Nothing if an earlier stage would have to be computed first (dry run).
@@ -139,6 +142,7 @@ class SubjectRun {
     if (!step)
       return finish(place,
                     {task.name, StepOutcome::Status::kWouldCompute, "an earlier stage is computed", {}});
+    if (auto result = find_noted_result(*step)) return keep(place, *step, std::move(*result));
     if (auto result = services_.store.find_done_result(step->key))
       return keep(place, *step, std::move(*result));
     const std::string reason = explain(*step);
@@ -153,8 +157,21 @@ class SubjectRun {
     compute(place, *step, reason);
   }
 
+  /// The result as the subject's record remembers it, if its file is that very file, whole, and the outputs
+  /// are there. Parses nothing.
+  std::optional<Result> find_noted_result(const Step& step) const {
+    const ResultNote* note = former_.find_note(step.task.name);
+    if (note == nullptr || note->key != step.key) return std::nullopt;
+    if (!services_.store.has(*note, Store::Care::kCheck)) return std::nullopt;
+    Result result{step.key_text, note->outputs, {}, note->seal};
+    result.run.seconds = note->seconds;
+    return result;
+  }
+
   void keep(const StepPlace& place, const Step& step, Result result) {
-    record_.set_current(step.task.name, step.key);
+    const ResultNote* note = former_.find_note(step.task.name);
+    const bool is_noted = note != nullptr && note->key == step.key && note->seal == result.seal;
+    if (!is_noted) record_.set_current(step.task.name, make_note(result));
     // Left behind by a process killed between its commit and this line.
     if (!options_.is_dry_run) Checkpoint(services_.store, step.key).remove();
     finish(place, {step.task.name, StepOutcome::Status::kKept, {}, std::move(result)});
@@ -220,6 +237,7 @@ class SubjectRun {
     record_.set_current(step.task.name, step.key);
     request.subject = record_;
     CommitOutcome committed = services_.store.commit(std::move(request));
+    record_.set_current(step.task.name, make_note(committed.result));
     context.checkpoint().remove();
     if (committed.differed) {
       services_.reporter.warning(place,

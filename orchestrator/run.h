@@ -28,7 +28,9 @@ struct RunOptions {
   int threads = 0;                             ///< of the whole run; 0: all the machine has
   bool is_dry_run = false;                     ///< say what would be computed, change nothing
   bool waits_for_leases = true;
-  bool fails_fast = false;  ///< start no further subject after a failure
+  bool fails_fast = false;             ///< start no further subject after a failure
+  bool reads_scans = false;            ///< hash every scan anew, whatever its stamp says
+  std::uint64_t max_memory_bytes = 0;  ///< of the whole run; 0: no bound
   double lease_poll_seconds = 0.05;
 };
 
@@ -47,9 +49,13 @@ struct RunServices {
 /// SubjectOutcome::failure; only EngineNeeded is thrown.
 SubjectOutcome run_subject(const SubjectJob& job, const RunOptions& options, const RunServices& services);
 
-/// All subjects, several at a time, within `threads`; a failure of one does not touch the others. Outcomes in
-/// the order of the jobs; subjects that were not started (interruption, fails_fast, a hopeless failure) are
-/// left out.
+/// What one subject of a scan of that length may need, for scheduling under RunOptions::max_memory_bytes.
+std::uint64_t estimate_memory_bytes(std::uint64_t scan_bytes);
+
+/// All subjects, several at a time, within `threads` and max_memory_bytes (one runs in any case); a failure
+/// of one does not touch the others. Outcomes in the order of the jobs, without their steps and summaries,
+/// which the reporter has had; subjects that were not started (interruption, fails_fast, a hopeless failure)
+/// are left out.
 std::vector<SubjectOutcome> run_subjects(const std::vector<SubjectJob>& jobs, const RunOptions& options,
                                          const RunServices& services);
 

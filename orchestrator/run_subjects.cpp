@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
 #include <mutex>
 #include <thread>
 
 #include "orchestrator/run.h"
+#include "store/error.h"
 
 namespace phiz {
 namespace {
@@ -22,9 +24,13 @@ class Crew {
   void work() {
     for (std::size_t i = next_++; i < jobs_.size() && !is_over(); i = next_++) {
       try {
+        const Reservation reservation(*this, i);
+        if (is_over()) break;
         arena_.execute([&] {
           tbb::this_task_arena::isolate([&] { outcomes_[i] = run_subject(jobs_[i], options_, services_); });
         });
+        outcomes_[i]->steps = {};
+        outcomes_[i]->summaries = {};
         const auto& failure = outcomes_[i]->failure;
         if (failure && (options_.fails_fast || is_hopeless(*failure))) is_aborted_ = true;
       } catch (...) {
@@ -45,6 +51,44 @@ class Crew {
   }
 
  private:
+  /// A subject's share of the memory, waited for. Whoever is alone never waits.
+  class Reservation {
+   public:
+    Reservation(Crew& crew, std::size_t job) : crew_(crew) {
+      if (crew_.options_.max_memory_bytes == 0) return;
+      bytes_ = crew_.estimate(job);
+      std::unique_lock lock(crew_.mutex_);
+      crew_.memory_freed_.wait(lock, [&] {
+        return crew_.running_ == 0 || crew_.is_over() ||
+               crew_.reserved_bytes_ + bytes_ <= crew_.options_.max_memory_bytes;
+      });
+      ++crew_.running_;
+      crew_.reserved_bytes_ += bytes_;
+    }
+    ~Reservation() {
+      if (bytes_ == 0) return;
+      const std::lock_guard lock(crew_.mutex_);
+      --crew_.running_;
+      crew_.reserved_bytes_ -= bytes_;
+      crew_.memory_freed_.notify_all();
+    }
+    Reservation(const Reservation&) = delete;
+    Reservation& operator=(const Reservation&) = delete;
+
+   private:
+    Crew& crew_;
+    std::uint64_t bytes_ = 0;
+  };
+
+  std::uint64_t estimate(std::size_t job) const {
+    try {
+      const auto status = services_.store.files().find_status(jobs_[job].scan);
+      return estimate_memory_bytes(status ? status->size_bytes : 0);
+    } catch (const StoreError&) {
+      return estimate_memory_bytes(0);  // the subject itself will say what is wrong
+    }
+  }
+
   bool is_over() const { return is_aborted_ || services_.stop.signal() != 0; }
 
   const std::vector<SubjectJob>& jobs_;
@@ -55,10 +99,18 @@ class Crew {
   std::atomic<std::size_t> next_ = 0;
   std::atomic<bool> is_aborted_ = false;
   std::mutex mutex_;
+  std::condition_variable memory_freed_;
+  std::size_t running_ = 0;  // of those with a reservation
+  std::uint64_t reserved_bytes_ = 0;
   std::exception_ptr fatal_;
 };
 
 }  // namespace
+
+std::uint64_t estimate_memory_bytes(std::uint64_t scan_bytes) {
+  // Measured on scans of 300,000 to 3,000,000 points as binary PLY, with a third to spare.
+  return (std::uint64_t{160} << 20) + 24 * scan_bytes;
+}
 
 std::vector<SubjectOutcome> run_subjects(const std::vector<SubjectJob>& jobs, const RunOptions& options,
                                          const RunServices& services) {
@@ -73,7 +125,9 @@ std::vector<SubjectOutcome> run_subjects(const std::vector<SubjectJob>& jobs, co
   for (std::size_t i = 1; i < helpers; ++i) others.emplace_back([&] { crew.work(); });
   crew.work();
   for (std::thread& other : others) other.join();
-  return crew.take_outcomes();
+  std::vector<SubjectOutcome> outcomes = crew.take_outcomes();
+  services.reporter.end(outcomes, jobs.size());
+  return outcomes;
 }
 
 }  // namespace phiz

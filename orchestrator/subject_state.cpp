@@ -5,27 +5,50 @@
 namespace phiz {
 namespace {
 
-/// The value of the key text's entry `input <name>`.
-std::string find_input(const Result& result, const std::string& name) {
-  for (const KeyText::Entry& entry : result.key_text.entries()) {
-    if (entry.tag == "input" && entry.name == name) return entry.value;
-  }
-  return {};
+const Digest* find_digest(const std::map<std::string, Digest>& digests, const std::string& name) {
+  const auto found = digests.find(name);
+  return found == digests.end() ? nullptr : &found->second;
 }
 
-bool is_made_from(const Result& result, const Task& task, const SubjectRecord& record,
-                  const std::map<std::string, const StageState*>& earlier) {
+/// A stage's state, and the note it was judged by.
+struct Judged {
+  const StageState* state;
+  ResultNote note;
+};
+
+bool is_made_from(const ResultNote& note, const Task& task, const SubjectRecord& record,
+                  const std::map<std::string, Judged>& earlier) {
   for (const TaskInput& input : task.inputs) {
-    if (input.kind == TaskInput::Kind::kScan && find_input(result, input.name) != record.scan_digest.hex())
-      return false;
-    if (input.kind != TaskInput::Kind::kOutput) continue;
-    const StageState& state = *earlier.at(input.stage);
-    if (state.status != StageState::Status::kDone) return false;
-    const auto output = state.result->outputs.find(input.output);
-    if (output == state.result->outputs.end()) return false;
-    if (find_input(result, input.name) != output->second.digest.hex()) return false;
+    const bool is_scan = input.kind == TaskInput::Kind::kScan;
+    if (!is_scan && input.kind != TaskInput::Kind::kOutput) continue;
+    const Digest* used = find_digest(note.inputs, input.name);
+    if (used == nullptr) return false;
+    if (is_scan) {
+      if (*used != record.scan_digest) return false;
+      continue;
+    }
+    const Judged& judged = earlier.at(input.stage);
+    if (judged.state->status != StageState::Status::kDone) return false;
+    const auto output = judged.note.outputs.find(input.output);
+    if (output == judged.note.outputs.end() || output->second.digest != *used) return false;
   }
   return true;
+}
+
+/// Fills in the result as far as wanted. The note to judge it by; nothing if it or an output is gone.
+std::optional<ResultNote> find_whole(const Store& store, const SubjectRecord& record, StateDetail detail,
+                                     StageState& state) {
+  const ResultNote* noted = detail == StateDetail::kQuick ? record.find_note(state.stage) : nullptr;
+  if (noted != nullptr) {
+    state.seconds = noted->seconds;
+    if (store.has(*noted, Store::Care::kLook)) return *noted;
+    return std::nullopt;
+  }
+  state.result = store.find_result(*state.key);
+  if (!state.result) return std::nullopt;
+  state.seconds = state.result->run.seconds;
+  if (!store.list_missing_outputs(*state.result).empty()) return std::nullopt;
+  return make_note(*state.result);
 }
 
 }  // namespace
@@ -45,24 +68,24 @@ const char* name_of(StageState::Status status) {
 }
 
 std::vector<StageState> compute_subject_state(const Store& store, const Pipeline& pipeline,
-                                              const SubjectRecord& record) {
+                                              const SubjectRecord& record, StateDetail detail) {
   std::vector<StageState> states;
   states.reserve(pipeline.tasks().size());
-  std::map<std::string, const StageState*> earlier;
+  std::map<std::string, Judged> earlier;
   for (const Task& task : pipeline.tasks()) {
-    const auto key = record.results.find(task.name);
-    if (key == record.results.end() && !task.option.empty()) continue;
+    const Digest* key = find_digest(record.results, task.name);
+    if (key == nullptr && !task.option.empty()) continue;
     StageState& state = states.emplace_back();
     state.stage = task.name;
-    earlier[task.name] = &state;
-    if (key == record.results.end()) continue;
-    state.result = store.find_result(key->second);
-    if (!state.result || !store.list_missing_outputs(*state.result).empty()) {
-      state.status = StageState::Status::kMissing;
-    } else {
-      state.status = is_made_from(*state.result, task, record, earlier) ? StageState::Status::kDone
-                                                                        : StageState::Status::kStale;
-    }
+    Judged& judged = earlier[task.name];
+    judged.state = &state;
+    if (key == nullptr) continue;
+    state.key = *key;
+    auto note = find_whole(store, record, detail, state);
+    state.status = !note                                        ? StageState::Status::kMissing
+                   : is_made_from(*note, task, record, earlier) ? StageState::Status::kDone
+                                                                : StageState::Status::kStale;
+    if (note) judged.note = std::move(*note);
   }
   return states;
 }

@@ -19,14 +19,19 @@ struct StageState {
   };
   std::string stage;
   Status status = Status::kNone;
-  std::optional<Result> result;  ///< where there is one
+  std::optional<Digest> key;     ///< of its current result
+  double seconds = 0;            ///< it took to compute
+  std::optional<Result> result;  ///< where there is one, and it was read
 };
 
 const char* name_of(StageState::Status status);
 
 /// One entry a stage, in the pipeline's order; stages that run only where asked for and were never computed
-/// have none. Reads records only, hashes nothing.
+/// have none. kFull reads every result's file. kQuick only looks whether what the record's notes say is
+/// there, by names and lengths; without a note it reads the file.
+enum class StateDetail { kFull, kQuick };
 std::vector<StageState> compute_subject_state(const Store& store, const Pipeline& pipeline,
-                                              const SubjectRecord& record);
+                                              const SubjectRecord& record,
+                                              StateDetail detail = StateDetail::kFull);
 
 }  // namespace phiz

@@ -65,6 +65,11 @@ class FileSystem {
   /// Removes an empty folder; true if it was there and is gone, false if it was not there or is not empty.
   virtual bool remove_folder(const std::filesystem::path& path) = 0;
 
+  /// A text that is another one as soon as the file is another or was written to: device, number, length and
+  /// times. Empty where that cannot be relied upon (a disk without such times, a file changed a moment ago).
+  /// Only for files that are not ours: nothing in the store is judged by its times.
+  virtual std::string find_stamp(const std::filesystem::path&) { return {}; }
+
   /// The whole file. Throws kIo if it is longer than max_bytes.
   std::string read_file(const std::filesystem::path& path, std::uint64_t max_bytes = UINT64_MAX);
 

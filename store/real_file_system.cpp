@@ -1,6 +1,7 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBlockBytes = 1 << 18;
+constexpr std::int64_t kClockGrainNs = 100'000'000;
 
 [[noreturn]] void throw_errno(const char* action, const fs::path& path, int error) {
   StoreFault fault = StoreFault::kIo;
@@ -100,6 +102,22 @@ class RealFileSystem final : public FileSystem {
     status.kind = S_ISREG(info.st_mode) ? Kind::kFile : S_ISDIR(info.st_mode) ? Kind::kFolder : Kind::kOther;
     status.size_bytes = status.kind == Kind::kFile ? static_cast<std::uint64_t>(info.st_size) : 0;
     return status;
+  }
+
+  std::string find_stamp(const fs::path& path) override {
+    // Opened first: on NFS that asks the server, where a bare stat may answer from memory.
+    Descriptor file(path, O_RDONLY | O_NONBLOCK, 0, "cannot read");
+    struct stat info {};
+    timespec now{};
+    if (::fstat(file.get(), &info) != 0 || ::clock_gettime(CLOCK_REALTIME, &now) != 0) return {};
+    const auto to_ns = [](const timespec& time) {
+      return static_cast<std::int64_t>(time.tv_sec) * 1'000'000'000 + time.tv_nsec;
+    };
+    // A change within the clock's grain of the last one would not show.
+    if (to_ns(now) - to_ns(info.st_ctim) < kClockGrainNs) return {};
+    return std::to_string(info.st_dev) + ":" + std::to_string(info.st_ino) + ":" +
+           std::to_string(info.st_size) + ":" + std::to_string(to_ns(info.st_mtim)) + ":" +
+           std::to_string(to_ns(info.st_ctim));
   }
 
   void read_blocks(const fs::path& path, const TakeBlock& take) override {

@@ -61,6 +61,7 @@ Result parse_result(std::string_view text, const std::string& what) {
   const json object = unseal_json(text, what);
   try {
     Result result;
+    result.seal = read_seal(text).value();
     auto key_text = parse_key_text(object.at("key_text").get<std::string>());
     if (!key_text) throw_damaged(what, "its key text is not one");
     result.key_text = std::move(*key_text);

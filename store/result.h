@@ -29,6 +29,7 @@ struct Result {
   KeyText key_text;
   std::map<std::string, OutputObject> outputs;  ///< "cloud.vdb" -> object
   RunRecord run;
+  Digest seal;  ///< of its file, where it was read from one or committed
 
   Digest key() const { return key_text.key(); }
   std::string stage() const;  ///< empty if the key text names none

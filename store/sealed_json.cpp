@@ -11,6 +11,7 @@ namespace {
 constexpr std::string_view kBeforeSeal = ",\n \"seal\": \"";
 constexpr std::string_view kAfterSeal = "\"\n}\n";
 constexpr std::size_t kHexDigits = 64;
+constexpr std::size_t kTail = kBeforeSeal.size() + kHexDigits + kAfterSeal.size();
 
 }  // namespace
 
@@ -22,20 +23,28 @@ std::string seal_json(const nlohmann::json& object) {
 }
 
 nlohmann::json unseal_json(std::string_view text, const std::string& what) {
-  constexpr std::size_t kTail = kBeforeSeal.size() + kHexDigits + kAfterSeal.size();
   if (text.size() < kTail || !text.ends_with(kAfterSeal)) {
     throw StoreError(StoreFault::kDamaged, what + ": cut short, its seal is missing");
   }
-  const std::string_view body = text.substr(0, text.size() - kTail);
-  const std::string_view tail = text.substr(body.size());
-  const std::string_view seal = tail.substr(kBeforeSeal.size(), kHexDigits);
-  if (!tail.starts_with(kBeforeSeal) || compute_digest(body).hex() != seal) {
+  if (!is_sealed_well(text)) {
     throw StoreError(StoreFault::kDamaged, what + ": its bytes do not match its seal");
   }
   nlohmann::json object = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!object.is_object()) throw StoreError(StoreFault::kDamaged, what + ": not a JSON object");
   object.erase("seal");
   return object;
+}
+
+std::optional<Digest> read_seal(std::string_view text) {
+  if (text.size() < kTail) return std::nullopt;
+  const std::string_view tail = text.substr(text.size() - kTail);
+  if (!tail.starts_with(kBeforeSeal) || !tail.ends_with(kAfterSeal)) return std::nullopt;
+  return parse_digest(tail.substr(kBeforeSeal.size(), kHexDigits));
+}
+
+bool is_sealed_well(std::string_view text) {
+  const auto seal = read_seal(text);
+  return seal && compute_digest(text.substr(0, text.size() - kTail)) == *seal;
 }
 
 }  // namespace phiz

@@ -1,8 +1,11 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
+
+#include "store/digest.h"
 
 namespace phiz {
 
@@ -12,5 +15,11 @@ std::string seal_json(const nlohmann::json& object);
 
 /// The object without its seal. Throws StoreError kDamaged ("<what>: …") if a byte is not as it was written.
 nlohmann::json unseal_json(std::string_view text, const std::string& what);
+
+/// The seal that the text carries, whether or not the rest matches it; nothing if it carries none.
+std::optional<Digest> read_seal(std::string_view text);
+
+/// True if every byte is as it was when the text was sealed. O(bytes), parses nothing.
+bool is_sealed_well(std::string_view text);
 
 }  // namespace phiz

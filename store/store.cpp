@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "store/error.h"
+#include "store/sealed_json.h"
 
 namespace phiz {
 namespace {
@@ -21,6 +22,14 @@ bool holds(FileSystem& files, const std::filesystem::path& path, std::span<const
     bytes = bytes.subspan(std::min(block.size(), bytes.size()));
   });
   return equal && bytes.empty();
+}
+
+/// Where the record names the result as current, it gets its note.
+void note_result(const Result& result, SubjectRecord& record) {
+  ResultNote note = make_note(result);
+  const std::string stage = result.stage();
+  const auto current = record.results.find(stage);
+  if (current != record.results.end() && current->second == note.key) record.notes[stage] = std::move(note);
 }
 
 std::optional<std::string> stem_of_json(const std::string& name) {
@@ -84,6 +93,24 @@ std::optional<Result> Store::find_result(const Digest& key) const {
   return std::nullopt;
 }
 
+bool Store::has(const ResultNote& note, Care care) const {
+  const std::filesystem::path path = layout_.result(note.key);
+  if (care == Care::kLook) {
+    if (!files_->find_status(path)) return false;
+  } else {
+    try {
+      const std::string text = files_->read_file(path, kMaxJsonBytes);
+      if (read_seal(text) != note.seal || !is_sealed_well(text)) return false;
+    } catch (const StoreError& error) {
+      if (error.fault() == StoreFault::kMissing) return false;
+      throw;
+    }
+  }
+  return std::all_of(note.outputs.begin(), note.outputs.end(), [&](const auto& output) {
+    return find_object_size(output.second.digest) == output.second.size_bytes;
+  });
+}
+
 std::vector<std::string> Store::list_missing_outputs(const Result& result) const {
   std::vector<std::string> missing;
   for (const auto& [name, output] : result.outputs) {
@@ -112,8 +139,11 @@ CommitOutcome Store::commit(CommitRequest request) const {
     outcome.differed = existing->outputs != outcome.result.outputs;
     outcome.result = std::move(*existing);
   } else {
-    records.add(layout_.result(key), as_bytes(format_result(outcome.result)), FileSystem::Mode::kWritable);
+    const std::string text = format_result(outcome.result);
+    outcome.result.seal = read_seal(text).value();
+    records.add(layout_.result(key), as_bytes(text), FileSystem::Mode::kWritable);
   }
+  if (request.subject) note_result(outcome.result, *request.subject);
   if (request.subject) add_subject(records, *request.subject);
   records.publish();
   return outcome;

@@ -15,7 +15,7 @@
 
 namespace phiz {
 
-/// What Store::commit makes durable in one go.
+/// What Store::commit makes durable in one go. A subject's record gets the note of the result.
 struct CommitRequest {
   Result result;                                 ///< key_text and run; outputs are filled in by commit
   std::map<std::string, std::string> outputs;    ///< name -> bytes
@@ -61,6 +61,13 @@ class Store {
 
   /// The result if it is done: every output object exists with its length.
   std::optional<Result> find_done_result(const Digest& key) const;
+
+  /// True if what the note says is there: the result's file, and every output object with its length.
+  enum class Care {
+    kLook,   ///< looks at names and lengths only
+    kCheck,  ///< reads the result's file too: every byte must be as noted
+  };
+  bool has(const ResultNote& note, Care care) const;
 
   /// Names of outputs whose object is missing or has another length.
   std::vector<std::string> list_missing_outputs(const Result& result) const;

@@ -43,6 +43,18 @@ void SubjectRecord::set_current(const std::string& stage, const Digest& key) {
   if (history.size() > kMaxHistory) history.erase(history.begin());
 }
 
+void SubjectRecord::set_current(const std::string& stage, ResultNote note) {
+  set_current(stage, note.key);
+  notes[stage] = std::move(note);
+}
+
+const ResultNote* SubjectRecord::find_note(const std::string& stage) const {
+  const auto key = results.find(stage);
+  const auto note = notes.find(stage);
+  const bool is_current = key != results.end() && note != notes.end() && note->second.key == key->second;
+  return is_current ? &note->second : nullptr;
+}
+
 std::string format_subject(const SubjectRecord& record) {
   json object;
   object["name"] = record.name;
@@ -54,6 +66,9 @@ std::string format_subject(const SubjectRecord& record) {
   for (const SubjectRecord::Past& past : record.history) {
     object["history"].push_back({{"stage", past.stage}, {"key", past.key.hex()}});
   }
+  if (!record.scan_stamp.empty()) object["scan"]["stamp"] = record.scan_stamp;
+  const std::string notes = format_notes(record.notes);
+  if (!notes.empty()) object["notes"] = notes;
   return seal_json(object);
 }
 
@@ -72,6 +87,11 @@ SubjectRecord parse_subject(std::string_view text, const std::string& what) {
     for (const json& past : object.at("history")) {
       record.history.push_back(
           {past.at("stage").get<std::string>(), parse_digest_or_throw(past.at("key"), what)});
+    }
+    if (const auto stamp = scan.find("stamp"); stamp != scan.end())
+      record.scan_stamp = stamp->get<std::string>();
+    if (const auto notes = object.find("notes"); notes != object.end()) {
+      record.notes = parse_notes(notes->get_ref<const std::string&>());
     }
     return record;
   } catch (const json::exception& error) {

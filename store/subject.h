@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "store/digest.h"
+#include "store/result_note.h"
 
 namespace phiz {
 
@@ -25,9 +26,18 @@ struct SubjectRecord {
   std::uint64_t scan_bytes = 0;
   std::map<std::string, Digest> results;  ///< stage -> key of its current result
   std::vector<Past> history;              ///< former results, oldest first, the last 64
+  /// FileSystem::find_stamp of the scan when it was hashed; empty: hash it again.
+  std::string scan_stamp = {};
+  std::map<std::string, ResultNote> notes = {};  ///< stage -> note of its current result, where there is one
 
   /// Makes `key` current; what was current goes to the history.
   void set_current(const std::string& stage, const Digest& key);
+
+  /// Likewise, and remembers the note.
+  void set_current(const std::string& stage, ResultNote note);
+
+  /// The note of the stage's current result, if there is one.
+  const ResultNote* find_note(const std::string& stage) const;
 
   bool operator==(const SubjectRecord&) const = default;
 };

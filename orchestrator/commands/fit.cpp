@@ -5,6 +5,7 @@
 #include "orchestrator/commands/commands.h"
 #include "orchestrator/error.h"
 #include "orchestrator/option_set.h"
+#include "orchestrator/quantity.h"
 #include "orchestrator/run.h"
 #include "orchestrator/session.h"
 #include "orchestrator/subject_list.h"
@@ -32,7 +33,7 @@ struct FitArguments {
   std::vector<std::string> scans;
   std::optional<std::string> list, subject, head, last_stage;
   std::vector<std::string> assignments;
-  bool does_not_wait = false, fails_fast = false;
+  bool does_not_wait = false, fails_fast = false, keeps_going = false, reads_scans = false;
   std::vector<Shortcut> shortcuts;
   std::vector<ExtraStage> extras;
 };
@@ -153,7 +154,13 @@ int run_fit(const FitArguments& arguments, Session& session) {
   options.threads = session.globals().threads.value_or(0);
   options.is_dry_run = session.globals().is_dry_run;
   options.waits_for_leases = !arguments.does_not_wait;
+  if (arguments.fails_fast && arguments.keeps_going) {
+    throw UsageError("--fail-fast and --keep-going exclude each other", "--keep-going is the default");
+  }
   options.fails_fast = arguments.fails_fast;
+  options.reads_scans = arguments.reads_scans;
+  if (session.globals().max_memory)
+    options.max_memory_bytes = parse_bytes(*session.globals().max_memory, "--max-memory");
   session.pipeline().closure(options.last_stage);  // an unknown stage is a usage error before anything runs
   const TemplateFiles head = session.load_head(arguments.head);
   const bool has_store = session.files().find_status(session.store_path() / "phiz-store.json").has_value();
@@ -183,6 +190,10 @@ Command make_fit_command() {
     options.add_text("--until", arguments->last_stage, "stop after this stage");
     options.add_flag("--no-wait", arguments->does_not_wait, "fail if another process computes the same now");
     options.add_flag("--fail-fast", arguments->fails_fast, "start no further subject after a failure");
+    options.add_flag("--keep-going", arguments->keeps_going,
+                     "go on with other subjects after a failure (default)");
+    options.add_flag("--read-scans", arguments->reads_scans,
+                     "read every scan, also those whose length and times are as they were");
     for (const Task& task : environment.pipeline.tasks()) {
       for (const Parameter& parameter : task.parameters) {
         if (!parameter.option.empty()) arguments->shortcuts.push_back({task.name, parameter, {}});
