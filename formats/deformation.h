@@ -38,7 +38,7 @@ struct FieldAxis {
   LandmarkPoint from, to;
 };
 
-/// Makes an added field as large as a subject's own measure: the amount is multiplied by the distance of two
+/// Makes a field as large as a subject's own measure: the amount is multiplied by the distance of two
 /// landmarks on the neutral surface over `reference_mm` (theirs on the head the field was made for).
 struct FieldScale {
   std::string from, to;  ///< landmarks; empty: no scale
@@ -54,8 +54,8 @@ struct DeformationField {
   double gain = 1;                  ///< amount for parameter 1
   FieldImage image;                 ///< vectors; a mask where the type has m
   FieldInterpolation interpolation = FieldInterpolation::kBilinear;
-  FieldAxis axis;      ///< of kRotate
-  FieldScale scale;    ///< of kAdd and kAddLocal
+  FieldAxis axis;  ///< of kRotate
+  FieldScale scale;
   std::string origin;  ///< one line for people: "designed: muscles/risorius.json", "captured: dev00"
 };
 
@@ -98,6 +98,7 @@ FieldImage crop_field_image(int width, int height, int channels, const std::vect
 /// The full grid again: width * height * channels values.
 std::vector<float> expand_field_image(const FieldImage& image, int width, int height);
 
+int field_channels(FieldType type);           ///< 3, or 1 where the type has a mask
 const char* field_type_name(FieldType type);  ///< "constant", "add", "add_local", "rotate", "blend"
 
 /// A JSON of everything but the images and an EXR with a layer a field: `<field>.X .Y .Z` or `<field>.V`.
