@@ -223,7 +223,7 @@ void write_motion_csv(const Motion& motion, std::ostream& out) {
   std::string text = "# fps " + exact(motion.frames_per_second) + "\ntime_s";
   for (const std::string& name : motion.names) text.append(",").append(name);
   for (std::size_t i = 0; i < motion.frame_count(); ++i) {
-    text += "\n" + exact(motion.times_s[i]);
+    text.append("\n").append(exact(motion.times_s[i]));
     for (const float value : motion.frame(i)) text.append(",").append(motion_parts::exact_text(value));
   }
   write_all(out, text + "\n");

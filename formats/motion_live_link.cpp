@@ -100,8 +100,9 @@ void write_live_link_csv(const Motion& motion, std::ostream& out) {
     }
   }
   for (std::size_t i = 0; i < motion.frame_count(); ++i) {
-    text += "\n" + timecode_of(motion.times_s[i] - motion.times_s.front(), motion.frames_per_second) + "," +
-            std::to_string(columns.size());
+    text.append("\n").append(
+        timecode_of(motion.times_s[i] - motion.times_s.front(), motion.frames_per_second));
+    text.append(",").append(std::to_string(columns.size()));
     for (const int source : sources)
       text.append(",").append(source < 0 ? "0" : motion_parts::exact_text(motion.frame(i)[source]));
   }
