@@ -7,6 +7,7 @@ std::vector<Command> list_commands() {
   commands.push_back(make_export_command());
   commands.push_back(make_evaluate_command());
   commands.push_back(make_synth_command());
+  commands.push_back(make_template_command());
   return commands;
 }
 

@@ -16,6 +16,7 @@ Command make_store_command();
 Command make_export_command();
 Command make_evaluate_command();
 Command make_synth_command();
+Command make_template_command();
 
 /// Commands that need no stage: they answer without loading the libraries of the stages.
 std::vector<Command> list_light_commands();  // light_commands.cpp

@@ -8,6 +8,7 @@
 
 #include "stages/geometry/error.h"
 #include "stages/geometry/surface_index.h"
+#include "stages/template/tidy.h"
 
 namespace phiz {
 namespace {
@@ -31,12 +32,6 @@ int find_triangle(const HalfMesh& half, const Eigen::Vector2d& uv) {
     if (smallest > best_weight) best_weight = smallest, best = t;
   }
   return best;
-}
-
-constexpr double kGrain = 1e6;  ///< files have six decimals: numbers on that grain survive them unchanged
-
-double on_grain(double x) {
-  return std::round(x * kGrain) / kGrain;
 }
 
 /// Weights in [0,1] with sum 1, on the grain.
@@ -180,7 +175,8 @@ class Annotator {
       Eigen::AlignedBox3d right;
       for (const int v : mesh_.annotations.regions.at(box.region)) right.extend(mesh_.positions[v]);
       if (right.isEmpty())
-        throw InvalidInput("box '" + box.right + "': region '" + box.region + "' is empty");
+        throw InvalidInput("box '" + box.right + "' (line " + std::to_string(box.line) + "): region '" +
+                           box.region + "' is empty");
       right.min().array() -= box.pad_mm;
       right.max().array() += box.pad_mm;
       mesh_.annotations.boxes[box.right] = right;
@@ -198,9 +194,14 @@ class Annotator {
     bindings.push_back(std::minmax(image(a), image(b)));
   }
 
-  /// Vertices of the named regions that are not on the regions' own curves.
+  /// Vertices of the named regions that are not on the regions' own curves, and those of the named curves.
   void constrain() {
     std::set<int> inside;
+    for (const auto& [edge, curve] : half_.curve_edges) {
+      const auto& names = layout_.constrained_curves;
+      if (std::find(names.begin(), names.end(), layout_.curves[curve].name) == names.end()) continue;
+      for (const int v : {edge.first, edge.second}) inside.insert(v), inside.insert(image(v));
+    }
     for (const auto& name : layout_.constrained_regions) {
       const auto region = std::find_if(layout_.regions.begin(), layout_.regions.end(),
                                        [&](const auto& r) { return r.right == name; });

@@ -98,7 +98,7 @@ class Parser {
     if (!places_.insert({{uv[0], uv[1]}, s.line}).second) {
       s.fail("a second point in the place of that of line " + std::to_string(places_[{uv[0], uv[1]}]));
     }
-    layout_.points.push_back({name, uv, false});
+    layout_.points.push_back({name, uv, false, s.line});
     return static_cast<int>(layout_.points.size()) - 1;
   }
 
@@ -116,6 +116,7 @@ class Parser {
   void add_curve(const Statement& s) {
     Layout::Curve curve;
     curve.name = s.word(1);
+    curve.line = s.line;
     curve.held = s.words[0] == "curve";
     std::size_t first = 2;
     if (s.word(2) == "closed") curve.closed = true, first = 3;
@@ -158,6 +159,7 @@ class Parser {
   void add_region(const Statement& s) {
     Layout::Region region;
     region.right = region.left = s.word(1);
+    region.line = s.line;
     std::size_t k = 2;
     if (s.word(2) != "at" && s.word(2) != "also") region.left = s.word(k++);
     if (has_region(region.right) || has_region(region.left))
@@ -184,6 +186,7 @@ class Parser {
   void add_landmark(const Statement& s) {
     Layout::Landmark mark;
     mark.right = mark.left = s.word(1);
+    mark.line = s.line;
     if (s.words.size() == 5)
       mark.left = s.word(2);
     else
@@ -195,6 +198,7 @@ class Parser {
   void add_box(const Statement& s) {
     Layout::Box box;
     box.right = box.left = s.word(1);
+    box.line = s.line;
     if (s.words.size() == 5)
       box.left = s.word(2);
     else
@@ -214,8 +218,11 @@ class Parser {
 
   void add_constraint(const Statement& s) {
     s.expect_size(2);
-    if (!has_region(s.word(1))) s.fail("no region '" + s.word(1) + "'");
-    layout_.constrained_regions.push_back(s.word(1));
+    const std::string& name = s.word(1);
+    const bool is_curve = std::any_of(layout_.curves.begin(), layout_.curves.end(),
+                                      [&](const auto& curve) { return curve.name == name; });
+    if (!is_curve && !has_region(name)) s.fail("no region and no curve '" + name + "'");
+    (is_curve ? layout_.constrained_curves : layout_.constrained_regions).push_back(name);
   }
 
   void add_plane(const Statement& s) {

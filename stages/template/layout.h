@@ -25,7 +25,7 @@ namespace phiz {
 ///   landmark RIGHT [LEFT] U V
 ///   box RIGHT [LEFT] REGION PAD_MM      bounding box of a region
 ///   bind P Q                            these two are held together by the fit
-///   constrain REGION                    its vertices are held by their surroundings, not by the scan
+///   constrain REGION or CURVE           its vertices are held by their surroundings, not by the scan
 ///   plane NAME NY NZ OFFSET_MM          clipping plane; `neck` cuts the reference
 ///   scale S X Y Z R0 R1                 (u,v) size sought near (X,Y,Z) mm of the reference, fading from R0
 ///   to R1
@@ -35,26 +35,31 @@ struct Layout {
     std::string name;  ///< empty for free points
     Eigen::Vector2d uv = Eigen::Vector2d::Zero();
     bool held = false;  ///< on a `curve`
+    int line = 0;       ///< of the text, from 1; also below
   };
   struct Curve {
     std::string name;
     bool closed = false, held = true;
     std::vector<int> points;
     std::vector<bool> corner;  ///< per point
+    int line = 0;
   };
   struct Region {
     std::string right, left;  ///< equal where the region is on both sides
     std::vector<Eigen::Vector2d> seeds;
     std::vector<int> walls;              ///< curves
     std::vector<std::string> including;  ///< earlier regions
+    int line = 0;
   };
   struct Landmark {
     std::string right, left;  ///< equal on the mirror line
     Eigen::Vector2d uv = Eigen::Vector2d::Zero();
+    int line = 0;
   };
   struct Box {
     std::string right, left, region;
     double pad_mm = 0;
+    int line = 0;
   };
   struct Scale {
     double scale = 1;
@@ -68,7 +73,7 @@ struct Layout {
   std::vector<Landmark> landmarks;
   std::vector<Box> boxes;
   std::vector<std::pair<int, int>> bindings;  ///< points
-  std::vector<std::string> constrained_regions;
+  std::vector<std::string> constrained_regions, constrained_curves;
   std::map<std::string, Plane> planes;
   std::vector<Scale> scales;
 };

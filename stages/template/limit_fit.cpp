@@ -6,7 +6,7 @@
 
 #include "stages/geometry/error.h"
 #include "stages/subdivide/subdivide.h"
-#include "stages/template/improve.h"
+#include "stages/template/tidy.h"
 
 namespace phiz {
 namespace {
@@ -69,21 +69,6 @@ Target find_target(const Eigen::Vector3d& p, const Eigen::Vector2d& uv, const Su
   Target target{surface.position(place), surface.normal(place)};
   if (left) target.position[0] *= -1, target.normal[0] *= -1;
   return target;
-}
-
-void make_symmetric(ControlMesh& mesh) {
-  const auto& mirror = mesh.annotations.mirror;
-  constexpr double kGrain = 1e6;  // numbers with six decimals survive a file unchanged
-  for (std::size_t v = 0; v < mirror.size(); ++v) {
-    const std::size_t w = static_cast<std::size_t>(mirror[v]);
-    if (w < v) continue;
-    auto &a = mesh.positions[v], &b = mesh.positions[w];
-    Eigen::Vector3d mean = 0.5 * (a + Eigen::Vector3d(-b[0], b[1], b[2]));
-    mean = (mean * kGrain).array().round() / kGrain;
-    a = mean;
-    b = {-mean[0], mean[1], mean[2]};
-    if (w == v) a[0] = 0;
-  }
 }
 
 class LimitFit {
@@ -163,29 +148,7 @@ class LimitFit {
     const Eigen::VectorXd change = solver.solve(right);
     for (int v = 0; v < n; ++v) mesh_.positions[v] += change.segment<3>(3 * v);
     make_symmetric(mesh_);
-    hold_back_sharp_triangles();
-  }
-
-  /// Takes back part of the change, again and again, at the vertices of triangles that became too sharp.
-  void hold_back_sharp_triangles() {
-    constexpr int kMaxSteps = 60;
-    for (int step = 0; step < kMaxSteps; ++step) {
-      const auto angles = min_angles_deg(mesh_.positions, mesh_.triangles);
-      std::vector<bool> marked(mesh_.positions.size(), false);
-      bool any = false;
-      for (std::size_t t = 0; t < angles.size(); ++t) {
-        if (angles[t] >= options_.min_angle_deg) continue;
-        for (int k = 0; k < 3; ++k) {
-          const int v = mesh_.triangles[t][k];
-          marked[v] = marked[mesh_.annotations.mirror[v]] = any = true;
-        }
-      }
-      if (!any) return;
-      for (std::size_t v = 0; v < marked.size(); ++v) {
-        if (marked[v]) mesh_.positions[v] = start_[v] + 0.8 * (mesh_.positions[v] - start_[v]);
-      }
-      make_symmetric(mesh_);
-    }
+    hold_back_sharp_triangles(mesh_, start_, options_.min_angle_deg);
   }
 
   ControlMesh& mesh_;

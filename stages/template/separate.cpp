@@ -5,6 +5,7 @@
 #include "stages/geometry/normals.h"
 #include "stages/subdivide/subdivide.h"
 #include "stages/template/self_intersection.h"
+#include "stages/template/tidy.h"
 
 namespace phiz {
 
@@ -12,7 +13,6 @@ int separate_crossings(ControlMesh& mesh, const SeparateOptions& options) {
   const int n = static_cast<int>(mesh.positions.size());
   const SubdivisionHierarchy hierarchy(mesh.triangles, n, options.level);
   const int per_triangle = 1 << (2 * options.level);
-  constexpr double kGrain = 1e6;  // numbers with six decimals survive a file unchanged
   for (int round = 0;; ++round) {
     const auto positions = evaluate_surface(hierarchy, mesh.positions, {}, options.level);
     const auto crossings = find_self_intersections(positions, hierarchy.triangles(options.level));
@@ -31,7 +31,7 @@ int separate_crossings(ControlMesh& mesh, const SeparateOptions& options) {
       const int image = mesh.annotations.mirror[v];
       if (!moved[v] || image < v) continue;
       Eigen::Vector3d p = mesh.positions[v] - options.step_mm * normals[v];
-      p = (p * kGrain).array().round() / kGrain;
+      p = p.unaryExpr(&on_grain).eval();
       if (image == v) p[0] = 0;
       mesh.positions[v] = p;
       mesh.positions[image] = {-p[0], p[1], p[2]};

@@ -63,7 +63,8 @@ HalfMesh::Vertex find_curve_middle(const HalfMesh& mesh, const Layout::Curve& cu
   middle.uv = surface.descend_to(middle.rail->at(0.5), middle.uv);
   const auto& uv = middle.uv;
   if (uv[0] <= 0 || uv[0] >= 0.5 || uv[1] <= 0 || uv[1] >= 1)
-    throw InvalidInput("curve '" + curve.name + "' swings out of the half square");
+    throw InvalidInput("curve '" + curve.name + "' (line " + std::to_string(curve.line) +
+                       ") swings out of the half square");
   return middle;
 }
 

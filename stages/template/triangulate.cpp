@@ -20,8 +20,9 @@ using Triangulation =
 
 std::string name_of(const Layout& layout, int point) {
   const auto& p = layout.points[point];
-  if (!p.name.empty()) return "'" + p.name + "'";
-  return "(" + std::to_string(p.uv[0]) + ", " + std::to_string(p.uv[1]) + ")";
+  std::string name = "(" + std::to_string(p.uv[0]) + ", " + std::to_string(p.uv[1]) + ")";
+  if (!p.name.empty()) name = std::string("'").append(p.name).append("'");
+  return name.append(" (line ").append(std::to_string(p.line)).append(")");
 }
 
 /// Points along the border of the half square, counter-clockwise from (1/2, 0), and the square's corners in
@@ -91,7 +92,11 @@ class Builder {
 
  private:
   void connect(int a, int b, int curve) {
-    const std::string who = curve < 0 ? "the border" : "curve '" + layout_.curves[curve].name + "'";
+    std::string who = "the border";
+    if (curve >= 0) {
+      who = std::string("curve '").append(layout_.curves[curve].name).append("' (line ");
+      who.append(std::to_string(layout_.curves[curve].line)).append(")");
+    }
     Triangulation::Face_handle face;
     int index = 0;
     const bool known =

@@ -1,0 +1,83 @@
+#include "stages/template/average.h"
+
+#include <Eigen/Geometry>
+#include <string>
+
+#include "stages/geometry/error.h"
+#include "stages/geometry/half_edge.h"
+#include "stages/template/separate.h"
+#include "stages/template/tidy.h"
+
+namespace phiz {
+namespace {
+
+Eigen::Matrix3Xd to_columns(const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Matrix3Xd columns(3, static_cast<Eigen::Index>(points.size()));
+  for (Eigen::Index k = 0; k < columns.cols(); ++k) columns.col(k) = points[static_cast<std::size_t>(k)];
+  return columns;
+}
+
+void put_neck_on_plane(ControlMesh& mesh) {
+  const auto plane = mesh.annotations.clipping_planes.find("neck");
+  if (plane == mesh.annotations.clipping_planes.end()) return;
+  const HalfEdgeMesh connectivity(mesh.triangles, static_cast<int>(mesh.positions.size()));
+  const Eigen::Vector3d& normal = plane->second.normal;
+  for (int v = 0; v < connectivity.vertex_count(); ++v) {
+    if (!connectivity.is_border_vertex(v)) continue;
+    mesh.positions[v] -= (normal.dot(mesh.positions[v]) - plane->second.offset_mm) * normal;
+  }
+}
+
+Eigen::AlignedBox3d find_box(const std::vector<Eigen::Vector3d>& positions,
+                             const std::vector<int>& vertices) {
+  Eigen::AlignedBox3d box;
+  for (const int v : vertices) box.extend(positions[v]);
+  return box;
+}
+
+/// Every box keeps its vertices and its distance from the outermost of them.
+void move_boxes(ControlMesh& mesh, const std::vector<Eigen::Vector3d>& before) {
+  for (auto& [name, box] : mesh.annotations.boxes) {
+    std::vector<int> vertices;
+    for (int v = 0; v < static_cast<int>(before.size()); ++v) {
+      if (box.contains(before[v])) vertices.push_back(v);
+    }
+    if (vertices.empty()) continue;
+    const Eigen::AlignedBox3d was = find_box(before, vertices), is = find_box(mesh.positions, vertices);
+    box.min() = (box.min() + is.min() - was.min()).unaryExpr(&on_grain).eval();
+    box.max() = (box.max() + is.max() - was.max()).unaryExpr(&on_grain).eval();
+  }
+}
+
+}  // namespace
+
+ControlMesh average_heads(const ControlMesh& head, std::span<const std::vector<Eigen::Vector3d>> subjects,
+                          const AverageOptions& options) {
+  if (subjects.empty()) throw InvalidInput("there is no subject to average");
+  if (head.annotations.mirror.size() != head.positions.size())
+    throw InvalidInput("the generic head has no mirror map");
+  const Eigen::Matrix3Xd target = to_columns(head.positions);
+  Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, target.cols());
+  for (std::size_t k = 0; k < subjects.size(); ++k) {
+    if (subjects[k].size() != head.positions.size()) {
+      throw InvalidInput("subject " + std::to_string(k + 1) + " has " + std::to_string(subjects[k].size()) +
+                         " vertices, the generic head has " + std::to_string(head.positions.size()));
+    }
+    const Eigen::Matrix3Xd source = to_columns(subjects[k]);
+    const Eigen::Matrix4d target_from_source = Eigen::umeyama(source, target, false);
+    sum += (target_from_source * source.colwise().homogeneous()).topRows<3>();
+  }
+  sum /= static_cast<double>(subjects.size());
+
+  ControlMesh mean = head;
+  for (std::size_t v = 0; v < mean.positions.size(); ++v)
+    mean.positions[v] = sum.col(static_cast<Eigen::Index>(v));
+  put_neck_on_plane(mean);
+  make_symmetric(mean);
+  hold_back_sharp_triangles(mean, head.positions, options.min_angle_deg);
+  separate_crossings(mean);
+  move_boxes(mean, head.positions);
+  return mean;
+}
+
+}  // namespace phiz
