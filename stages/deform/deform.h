@@ -11,6 +11,7 @@
 
 #include "formats/control_mesh.h"
 #include "formats/deformation.h"
+#include "stages/deform/compiled_cascade.h"
 #include "stages/subdivide/subdivide.h"
 
 namespace phiz {

@@ -50,7 +50,7 @@ std::vector<Eigen::Quaterniond> LocalFrames::compute(
         sum += weights_[k] * from.squaredNorm();
       }
       // A little of the identity settles what surroundings in a line or none leave open.
-      covariance += (0.01 * sum + 1e-9) * Eigen::Matrix3d::Identity();
+      covariance += (0.001 * sum + 1e-9) * Eigen::Matrix3d::Identity();
       frames[i] = Eigen::Quaterniond(nearest_rotation(covariance));
       if (frames[i].w() < 0) frames[i].coeffs() *= -1;
     }
