@@ -13,27 +13,6 @@ namespace {
 constexpr int kPoints = CompiledCascade::kBlockPoints;
 constexpr double kLargest = 32767;
 
-/// Interleaved bits of a place in the (u,v) square: neighbours in this order are neighbours on the surface.
-std::uint32_t morton_of(const Eigen::Vector2d& uv) {
-  const auto spread = [](double x) {
-    auto bits = static_cast<std::uint32_t>(std::clamp(x, 0.0, 1.0) * 65535);
-    bits = (bits | (bits << 8)) & 0x00ff00ffu;
-    bits = (bits | (bits << 4)) & 0x0f0f0f0fu;
-    bits = (bits | (bits << 2)) & 0x33333333u;
-    return (bits | (bits << 1)) & 0x55555555u;
-  };
-  return spread(uv.x()) | (spread(uv.y()) << 1);
-}
-
-std::vector<int> order_of(const std::vector<Eigen::Vector2d>& uv) {
-  std::vector<std::pair<std::uint32_t, int>> keys(uv.size());
-  for (std::size_t i = 0; i < uv.size(); ++i) keys[i] = {morton_of(uv[i]), static_cast<int>(i)};
-  std::sort(keys.begin(), keys.end());
-  std::vector<int> order;
-  for (const auto& [key, point] : keys) order.push_back(point);
-  return order;
-}
-
 }  // namespace
 
 /// Makes a compiled cascade, part by part.
@@ -51,7 +30,7 @@ struct CascadeCompiler {
   std::size_t block_count() const { return (places.size() + kPoints - 1) / kPoints; }
 
   void order_points() {
-    made.order_ = order_of(neutral.uv);
+    made.order_ = fields.order;
     places.resize(made.order_.size());
     for (std::size_t i = 0; i < places.size(); ++i) places[made.order_[i]] = static_cast<int>(i);
     made.neutral_.resize(block_count() * 3 * kPoints);
@@ -200,7 +179,7 @@ struct CascadeCompiler {
     const std::size_t steps = plan.steps.size(), operations = made.operations_.size();
     std::vector<Blocks> blocks(steps);
     made.step_steps_.assign(steps, 1.0);
-    made.step_levers_.assign(steps, 1.0);
+    made.step_levers_.assign(steps, 0.0);
     for (std::size_t s = 0; s < steps; ++s) {
       const CascadeStep& step = plan.steps[s];
       made.step_parameters_.push_back(step.parameter_idx);

@@ -112,6 +112,7 @@ class Cascade {
 /// Fields at many points, zeros left out: belongs to a rig and a level, not to a subject.
 struct SampledFields {
   std::size_t point_count = 0;
+  std::vector<int> order;  ///< points along a curve through the square: neighbours lie close
   struct Field {
     std::vector<int> points;              ///< ascending
     std::vector<Eigen::Vector3f> values;  ///< masks in x

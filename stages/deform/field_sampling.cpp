@@ -46,6 +46,27 @@ Eigen::Vector3d node(const FieldImage& image, int x, int y) {
   return value;
 }
 
+/// Interleaved bits of a place in the (u,v) square: neighbours in this order are neighbours on the surface.
+std::uint32_t morton_of(const Eigen::Vector2d& uv) {
+  const auto spread = [](double x) {
+    auto bits = static_cast<std::uint32_t>(std::clamp(x, 0.0, 1.0) * 65535);
+    bits = (bits | (bits << 8)) & 0x00ff00ffu;
+    bits = (bits | (bits << 4)) & 0x0f0f0f0fu;
+    bits = (bits | (bits << 2)) & 0x33333333u;
+    return (bits | (bits << 1)) & 0x55555555u;
+  };
+  return spread(uv.x()) | (spread(uv.y()) << 1);
+}
+
+std::vector<int> order_of(std::span<const Eigen::Vector2d> uv) {
+  std::vector<std::pair<std::uint32_t, int>> keys(uv.size());
+  for (std::size_t i = 0; i < uv.size(); ++i) keys[i] = {morton_of(uv[i]), static_cast<int>(i)};
+  std::sort(keys.begin(), keys.end());
+  std::vector<int> order;
+  for (const auto& [key, point] : keys) order.push_back(point);
+  return order;
+}
+
 bool is_zero(const FieldSample& sample) {
   return sample.value.isZero(0);
 }
@@ -83,6 +104,7 @@ SampledFields sample_fields(const Deformation& deformation, std::span<const Eige
                             const AnalyticFields& analytic) {
   SampledFields sampled;
   sampled.point_count = uv.size();
+  sampled.order = order_of(uv);
   sampled.fields.resize(deformation.fields.size());
   parallel_for(sampled.fields.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) {

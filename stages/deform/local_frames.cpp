@@ -1,4 +1,5 @@
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 
 #include "stages/deform/deform.h"
@@ -10,6 +11,7 @@ namespace {
 
 constexpr double kSigmaMm = 12;  ///< of the weights of surroundings
 constexpr double kReach = 2.5;   ///< in sigmas
+constexpr int kFewest = 8;       ///< so many vertices lie within a sigma at least
 
 /// The rotation nearest to `covariance` (Kabsch), det +1.
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& covariance) {
@@ -21,14 +23,18 @@ Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& covariance) {
 }  // namespace
 
 LocalFrames::LocalFrames(const ControlMesh& generic_head) : positions_(generic_head.positions) {
-  const double reach = kReach * kSigmaMm;
   offsets_.push_back(0);
+  std::vector<double> distances(positions_.size()), sorted;
   for (std::size_t i = 0; i < positions_.size(); ++i) {
+    for (std::size_t j = 0; j < positions_.size(); ++j) distances[j] = (positions_[j] - positions_[i]).norm();
+    sorted = distances;
+    const std::size_t few = std::min<std::size_t>(kFewest, sorted.size() - 1);
+    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(few), sorted.end());
+    const double sigma = std::max(kSigmaMm, sorted[few]);  // wider where the mesh is coarse
     for (std::size_t j = 0; j < positions_.size(); ++j) {
-      const double distance = (positions_[j] - positions_[i]).norm();
-      if (j == i || distance > reach) continue;
+      if (j == i || distances[j] > kReach * sigma) continue;
       neighbours_.push_back(static_cast<int>(j));
-      weights_.push_back(std::exp(-0.5 * distance * distance / (kSigmaMm * kSigmaMm)));
+      weights_.push_back(std::exp(-0.5 * distances[j] * distances[j] / (sigma * sigma)));
     }
     offsets_.push_back(static_cast<int>(neighbours_.size()));
   }
