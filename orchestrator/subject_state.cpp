@@ -35,20 +35,53 @@ bool is_made_from(const ResultNote& note, const Task& task, const SubjectRecord&
   return true;
 }
 
-/// Fills in the result as far as wanted. The note to judge it by; nothing if it or an output is gone.
-std::optional<ResultNote> find_whole(const Store& store, const SubjectRecord& record, StateDetail detail,
-                                     StageState& state) {
-  const ResultNote* noted = detail == StateDetail::kQuick ? record.find_note(state.stage) : nullptr;
-  if (noted != nullptr) {
-    state.seconds = noted->seconds;
-    if (store.has(*noted, Store::Care::kLook)) return *noted;
-    return std::nullopt;
+/// How a stage's result is looked for.
+struct Look {
+  const Store& store;
+  const SubjectRecord& record;
+  bool trusts_notes = false;
+  const StoreNames* names = nullptr;
+
+  /// Fills in the result as far as wanted. The note to judge it by; nothing if it or an output is gone.
+  std::optional<ResultNote> find_whole(StageState& state) const {
+    const ResultNote* noted = trusts_notes ? record.find_note(state.stage) : nullptr;
+    if (noted != nullptr) {
+      state.seconds = noted->seconds;
+      if (names != nullptr && names->has(*noted)) return *noted;
+      if (store.has(*noted, Store::Care::kLook)) return *noted;
+      return std::nullopt;
+    }
+    state.result = store.find_result(*state.key);
+    if (!state.result) return std::nullopt;
+    state.seconds = state.result->run.seconds;
+    if (!store.list_missing_outputs(*state.result).empty()) return std::nullopt;
+    return make_note(*state.result);
   }
-  state.result = store.find_result(*state.key);
-  if (!state.result) return std::nullopt;
-  state.seconds = state.result->run.seconds;
-  if (!store.list_missing_outputs(*state.result).empty()) return std::nullopt;
-  return make_note(*state.result);
+};
+
+std::vector<StageState> compute(const Look& look, const Pipeline& pipeline) {
+  std::vector<StageState> states;
+  states.reserve(pipeline.tasks().size());
+  std::map<std::string, Judged> earlier;
+  for (const Task& task : pipeline.tasks()) {
+    const Digest* key = find_digest(look.record.results, task.name);
+    if (key == nullptr && !task.option.empty()) continue;
+    StageState& state = states.emplace_back();
+    state.stage = task.name;
+    Judged& judged = earlier[task.name];
+    judged.state = &state;
+    if (key == nullptr) continue;
+    state.key = *key;
+    auto note = look.find_whole(state);
+    if (!note) {
+      state.status = StageState::Status::kMissing;
+      continue;
+    }
+    const bool is_current = is_made_from(*note, task, look.record, earlier);
+    state.status = is_current ? StageState::Status::kDone : StageState::Status::kStale;
+    judged.note = std::move(*note);
+  }
+  return states;
 }
 
 }  // namespace
@@ -68,26 +101,13 @@ const char* name_of(StageState::Status status) {
 }
 
 std::vector<StageState> compute_subject_state(const Store& store, const Pipeline& pipeline,
-                                              const SubjectRecord& record, StateDetail detail) {
-  std::vector<StageState> states;
-  states.reserve(pipeline.tasks().size());
-  std::map<std::string, Judged> earlier;
-  for (const Task& task : pipeline.tasks()) {
-    const Digest* key = find_digest(record.results, task.name);
-    if (key == nullptr && !task.option.empty()) continue;
-    StageState& state = states.emplace_back();
-    state.stage = task.name;
-    Judged& judged = earlier[task.name];
-    judged.state = &state;
-    if (key == nullptr) continue;
-    state.key = *key;
-    auto note = find_whole(store, record, detail, state);
-    state.status = !note                                        ? StageState::Status::kMissing
-                   : is_made_from(*note, task, record, earlier) ? StageState::Status::kDone
-                                                                : StageState::Status::kStale;
-    if (note) judged.note = std::move(*note);
-  }
-  return states;
+                                              const SubjectRecord& record) {
+  return compute({store, record}, pipeline);
+}
+
+std::vector<StageState> look_at_subject_state(const Store& store, const Pipeline& pipeline,
+                                              const SubjectRecord& record, const StoreNames* names) {
+  return compute({store, record, true, names}, pipeline);
 }
 
 }  // namespace phiz

@@ -27,11 +27,13 @@ struct StageState {
 const char* name_of(StageState::Status status);
 
 /// One entry a stage, in the pipeline's order; stages that run only where asked for and were never computed
-/// have none. kFull reads every result's file. kQuick only looks whether what the record's notes say is
-/// there, by names and lengths; without a note it reads the file.
-enum class StateDetail { kFull, kQuick };
+/// have none. Reads every result's file, looks at the outputs' lengths, hashes nothing.
 std::vector<StageState> compute_subject_state(const Store& store, const Pipeline& pipeline,
-                                              const SubjectRecord& record,
-                                              StateDetail detail = StateDetail::kFull);
+                                              const SubjectRecord& record);
+
+/// Likewise, by the record's notes: whether what they say is there, by name (as `names` has it) or else by
+/// name and length. Reads no result's file where there is a note.
+std::vector<StageState> look_at_subject_state(const Store& store, const Pipeline& pipeline,
+                                              const SubjectRecord& record, const StoreNames* names = nullptr);
 
 }  // namespace phiz

@@ -15,20 +15,23 @@ void check(int openssl_result) {
   if (openssl_result != 1) throw StoreError(StoreFault::kIo, "SHA-256 is not available from OpenSSL");
 }
 
-int hex_value(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  return -1;
+constexpr std::array<std::int8_t, 256> make_hex_values() {
+  std::array<std::int8_t, 256> values{};
+  values.fill(-1);
+  for (std::int8_t value = 0; value < 16; ++value) {
+    values[static_cast<unsigned char>(kHexDigits[value])] = value;
+  }
+  return values;
 }
+constexpr auto kHexValues = make_hex_values();
 
 }  // namespace
 
 std::string Digest::hex() const {
-  std::string text;
-  text.reserve(2 * bytes.size());
-  for (const std::uint8_t byte : bytes) {
-    text += kHexDigits[byte >> 4];
-    text += kHexDigits[byte & 15];
+  std::string text(2 * bytes.size(), '\0');
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    text[2 * i] = kHexDigits[bytes[i] >> 4];
+    text[2 * i + 1] = kHexDigits[bytes[i] & 15];
   }
   return text;
 }
@@ -36,11 +39,14 @@ std::string Digest::hex() const {
 std::optional<Digest> parse_digest(std::string_view hex) {
   Digest digest;
   if (hex.size() != 2 * digest.bytes.size()) return std::nullopt;
+  int seen = 0;  // negative once a character was no digit
   for (std::size_t i = 0; i < digest.bytes.size(); ++i) {
-    const int high = hex_value(hex[2 * i]), low = hex_value(hex[2 * i + 1]);
-    if (high < 0 || low < 0) return std::nullopt;
-    digest.bytes[i] = static_cast<std::uint8_t>(16 * high + low);
+    const int high = kHexValues[static_cast<unsigned char>(hex[2 * i])];
+    const int low = kHexValues[static_cast<unsigned char>(hex[2 * i + 1])];
+    seen |= high | low;
+    digest.bytes[i] = static_cast<std::uint8_t>(16 * (high & 15) + (low & 15));
   }
+  if (seen < 0) return std::nullopt;
   return digest;
 }
 

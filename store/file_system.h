@@ -70,8 +70,8 @@ class FileSystem {
   /// Only for files that are not ours: nothing in the store is judged by its times.
   virtual std::string find_stamp(const std::filesystem::path&) { return {}; }
 
-  /// The whole file. Throws kIo if it is longer than max_bytes.
-  std::string read_file(const std::filesystem::path& path, std::uint64_t max_bytes = UINT64_MAX);
+  /// The whole file. Throws kMissing; kIo for a folder and if it is longer than max_bytes.
+  virtual std::string read_file(const std::filesystem::path& path, std::uint64_t max_bytes = UINT64_MAX);
 
   /// make_folder for `path` and every missing parent, each made durable.
   void make_folders(const std::filesystem::path& path);

@@ -120,9 +120,39 @@ class RealFileSystem final : public FileSystem {
            std::to_string(to_ns(info.st_ctim));
   }
 
+  std::string read_file(const fs::path& path, std::uint64_t max_bytes) override {
+    Descriptor file(path, O_RDONLY, 0, "cannot read");
+    struct stat info {};
+    if (::fstat(file.get(), &info) != 0) throw_errno("cannot look at", path, errno);
+    const bool is_file = S_ISREG(info.st_mode) && info.st_size >= 0;
+    // One byte more than there are, so that the end shows; what does not know its length grows as it is read.
+    std::string bytes(is_file
+                          ? std::min<std::uint64_t>(static_cast<std::uint64_t>(info.st_size), max_bytes) + 1
+                          : kBlockBytes,
+                      '\0');
+    std::size_t used = 0;
+    for (;;) {
+      const ssize_t count = ::read(file.get(), bytes.data() + used, bytes.size() - used);
+      if (count < 0 && errno == EINTR) continue;
+      if (count < 0) throw_errno("cannot read", path, errno);
+      if (count == 0) break;
+      used += static_cast<std::size_t>(count);
+      if (used > max_bytes) {
+        throw StoreError(StoreFault::kIo,
+                         path.string() + ": longer than the " + std::to_string(max_bytes) + " bytes allowed");
+      }
+      if (used == bytes.size()) bytes.resize(2 * bytes.size());
+    }
+    bytes.resize(used);
+    return bytes;
+  }
+
   void read_blocks(const fs::path& path, const TakeBlock& take) override {
     Descriptor file(path, O_RDONLY, 0, "cannot read");
-    std::vector<std::byte> block(kBlockBytes);
+    struct stat info {};
+    const bool is_small = ::fstat(file.get(), &info) == 0 && S_ISREG(info.st_mode) &&
+                          info.st_size < static_cast<off_t>(kBlockBytes);
+    std::vector<std::byte> block(is_small ? static_cast<std::size_t>(info.st_size) + 1 : kBlockBytes);
     for (;;) {
       const ssize_t count = ::read(file.get(), block.data(), block.size());
       if (count < 0 && errno == EINTR) continue;

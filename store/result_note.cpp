@@ -9,7 +9,8 @@ namespace phiz {
 namespace {
 
 bool is_word(const std::string& text) {
-  return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c > ' ' && c <= '~'; });
+  return !text.empty() && std::all_of(text.begin(), text.end(),
+                                      [](char c) { return c > ' ' && c <= '~' && c != '"' && c != '\\'; });
 }
 
 bool can_be_written(const std::string& stage, const ResultNote& note) {

@@ -29,7 +29,7 @@ ResultNote make_note(const Result& result);
 ///   result <stage> <key> <seal> <seconds>
 ///   input <name> <digest>
 ///   output <name> <digest> <bytes>
-/// Notes whose names hold a space or a control character are left out.
+/// Notes whose names hold a space, a quote, a backslash or a control character are left out.
 std::string format_notes(const std::map<std::string, ResultNote>& notes);
 
 /// Nothing at all if a line is not of that grammar: notes are only ever a shortcut.

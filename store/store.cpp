@@ -39,6 +39,13 @@ std::optional<std::string> stem_of_json(const std::string& name) {
 
 }  // namespace
 
+bool StoreNames::has(const ResultNote& note) const {
+  return std::binary_search(results.begin(), results.end(), note.key) &&
+         std::all_of(note.outputs.begin(), note.outputs.end(), [&](const auto& output) {
+           return std::binary_search(objects.begin(), objects.end(), output.second.digest);
+         });
+}
+
 std::optional<std::uint64_t> Store::find_object_size(const Digest& digest) const {
   const auto status = files_->find_status(layout_.object(digest));
   if (!status || status->kind != FileSystem::Kind::kFile) return std::nullopt;
@@ -81,7 +88,6 @@ std::vector<Digest> Store::list_objects() const {
 
 std::optional<Result> Store::find_result(const Digest& key) const {
   const std::filesystem::path path = layout_.result(key);
-  if (!files_->find_status(path)) return std::nullopt;
   try {
     Result result = parse_result(files_->read_file(path, kMaxJsonBytes), path.string());
     if (result.key() == key) return result;
@@ -162,8 +168,12 @@ std::vector<Digest> Store::list_results() const {
 std::optional<SubjectRecord> Store::find_subject(const std::string& name) const {
   validate_subject_name(name);
   const std::filesystem::path path = layout_.subject(name);
-  if (!files_->find_status(path)) return std::nullopt;
-  return parse_subject(files_->read_file(path, kMaxJsonBytes), path.string());
+  try {
+    return parse_subject(files_->read_file(path, kMaxJsonBytes), path.string());
+  } catch (const StoreError& error) {
+    if (error.fault() == StoreFault::kMissing) return std::nullopt;
+    throw;
+  }
 }
 
 void Store::add_subject(DurableWriter& writer, const SubjectRecord& record) const {

@@ -28,6 +28,13 @@ struct CommitOutcome {
   bool differed = false;  ///< a finished result of this key was there with other outputs; it was kept
 };
 
+/// The names that were in a store at one moment: to look at ten thousand subjects at the price of a few
+/// hundred folders. Says nothing of lengths.
+struct StoreNames {
+  std::vector<Digest> objects, results;  ///< sorted
+  bool has(const ResultNote& note) const;
+};
+
 /// Objects by content, results by key, records of subjects, in one folder. See README.md for what is promised
 /// after a kill, a power cut, a full disk. Safe for many threads and many processes. All calls throw
 /// StoreError.
@@ -54,6 +61,7 @@ class Store {
   OutputObject put_object(DurableWriter& writer, std::string_view bytes) const;
 
   std::vector<Digest> list_objects() const;  ///< sorted
+  StoreNames list_names() const { return {list_objects(), list_results()}; }
 
   // Results -------------------------------------------------------------------------------------------------
   /// The result if its file is there. A damaged file is set aside and counts as not there.

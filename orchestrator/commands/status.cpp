@@ -67,15 +67,16 @@ Line make_line(const Session& session, const SubjectRecord& record, const std::v
 
 /// A subject whose record cannot be read is a line too: one must not hide the others.
 Line describe_subject(const Session& session, const Store& store, const std::string& name,
-                      std::size_t name_width, bool is_listed) {
+                      std::size_t name_width, const std::optional<StoreNames>& listed) {
   try {
     const auto record = store.find_subject(name);
     if (record) {
-      const auto states = compute_subject_state(store, session.pipeline(), *record, StateDetail::kQuick);
+      const StoreNames* names = listed ? &*listed : nullptr;
+      const auto states = look_at_subject_state(store, session.pipeline(), *record, names);
       return make_line(session, *record, states, name_width);
     }
   } catch (const StoreError& error) {
-    const bool is_one_of_many = is_listed && error.fault() != StoreFault::kPermission;
+    const bool is_one_of_many = listed && error.fault() != StoreFault::kPermission;
     if (!is_one_of_many) throw;
     if (session.globals().is_json) {
       return {ordered_json{{"type", "status"}, {"subject", name}, {"error", to_one_line(error.what())}}.dump(
@@ -86,7 +87,7 @@ Line describe_subject(const Session& session, const Store& store, const std::str
                         to_one_line(error.what())),
             false};
   }
-  if (is_listed) return {};          // removed meanwhile
+  if (listed) return {};             // removed meanwhile
   session.get_subject(store, name);  // says that there is none
   return {};
 }
@@ -97,13 +98,16 @@ struct Table {
 };
 
 Table make_table(const Session& session, const Store& store, std::vector<std::string> names) {
-  const bool is_listed = names.empty();
-  if (is_listed) names = store.list_subjects();
+  std::optional<StoreNames> listed;
+  if (names.empty()) {
+    names = store.list_subjects();
+    listed = store.list_names();
+  }
   std::size_t name_width = 7;
   for (const std::string& name : names) name_width = std::max(name_width, name.size());
   std::vector<Line> lines(names.size());
   tbb::parallel_for(std::size_t{0}, names.size(), [&](std::size_t i) {
-    lines[i] = describe_subject(session, store, names[i], name_width, is_listed);
+    lines[i] = describe_subject(session, store, names[i], name_width, listed);
   });
   Table table;
   if (!session.globals().is_json) {
