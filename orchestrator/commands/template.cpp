@@ -65,7 +65,7 @@ Layout read_layout(const std::string& path, const Session& session) {
 
 /// The surface that the layout is laid on.
 MappedSurface map_surface(const BuildArguments& arguments, const Layout& layout, const Session& session) {
-  if (arguments.head) return map_head(read_generic_head(arguments.head, session), layout);
+  if (arguments.head) return map_head(read_generic_head(arguments.head, session));
   const std::string& path = *arguments.reference;
   const std::string bytes = read_scan(session.files(), hash_scan(session.files(), path));
   ScanFile reference;

@@ -147,11 +147,24 @@ class Annotator {
       Eigen::Vector3d place = surface_.position(mark.uv);
       if (mark.uv[0] == 0.5) place[0] = 0;
       mesh_.annotations.landmarks[mark.right] = nearest(place, mark.right);
-      if (mark.left == mark.right) continue;
+      if (mark.left == mark.right) {
+        if (mark.uv[0] == 0.5) put_on_mirror_line(mesh_.annotations.landmarks[mark.right]);
+        continue;
+      }
       // The mirror image in the image of the triangle, corner for corner.
       const SurfacePoint& right = mesh_.annotations.landmarks[mark.right];
       mesh_.annotations.landmarks[mark.left] = mirror_point(right);
     }
+  }
+
+  /// Leaves weight only to corners that are their own mirror image, if there are any.
+  void put_on_mirror_line(SurfacePoint& point) const {
+    Eigen::Vector3d weights = point.weights;
+    for (int k = 0; k < 3; ++k) {
+      const int v = mesh_.triangles[point.triangle_idx][k];
+      if (image(v) != v) weights[k] = 0;
+    }
+    if (weights.sum() > 0) point.weights = tidy_weights(weights);
   }
 
   SurfacePoint mirror_point(const SurfacePoint& point) const {

@@ -34,6 +34,13 @@ double angle_cost(double angle) {
   return -3 * angle + (angle < 0.45 ? 8 * (0.45 - angle) : 0);
 }
 
+/// By how much a valence in the half mesh means one below 4 or above 8 in the whole one.
+int valence_excess(const HalfMesh::Vertex& vertex, int valence) {
+  if (vertex.on_neck()) return 0;
+  const int whole = vertex.on_mirror() ? 2 * valence - 2 : valence;
+  return std::max({0, whole - 8, 4 - whole});
+}
+
 class Flipper {
  public:
   Flipper(HalfMesh& mesh, const SurfaceLookup& surface, const FlipOptions& options)
@@ -83,7 +90,9 @@ class Flipper {
     const auto& vertex = mesh_.vertices[v];
     const int regular = vertex.on_neck() || vertex.on_mirror() ? 4 : 6;
     const double off = valence_[v] + change - regular;
-    return off * off;
+    if (options_.bounds_weight == 0) return off * off;
+    const double excess = valence_excess(vertex, valence_[v] + change);
+    return off * off + options_.bounds_weight * excess * excess;
   }
   double chord_cost(int a, int b) {
     const auto [found, is_new] = chords_.insert({std::minmax(a, b), 0.0});
@@ -268,6 +277,19 @@ std::vector<Eigen::Vector3d> lift(const HalfMesh& mesh, const SurfaceLookup& sur
     if (v.on_mirror()) positions.back()[0] = 0;
   }
   return positions;
+}
+
+bool has_odd_valences(const HalfMesh& mesh) {
+  std::set<std::pair<int, int>> edges;
+  for (const auto& t : mesh.triangles) {
+    for (int k = 0; k < 3; ++k) edges.insert(std::minmax(t[k], t[(k + 1) % 3]));
+  }
+  std::vector<int> valences(mesh.vertices.size(), 0);
+  for (const auto& [a, b] : edges) ++valences[a], ++valences[b];
+  for (std::size_t v = 0; v < valences.size(); ++v) {
+    if (valence_excess(mesh.vertices[v], valences[v]) > 0) return true;
+  }
+  return false;
 }
 
 int flip_edges(HalfMesh& mesh, const SurfaceLookup& surface, const FlipOptions& options) {

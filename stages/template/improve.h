@@ -11,8 +11,12 @@ std::vector<Eigen::Vector3d> lift(const HalfMesh& mesh, const SurfaceLookup& sur
 struct FlipOptions {
   double valence_weight = 0.12;  ///< of squared deviations from the regular valence
   double chord_weight = 0.8;     ///< of the distance of edges from the surface, as a share of their length
+  double bounds_weight = 0;      ///< of squared valences below 4 or above 8 of the whole mesh
   int max_rounds = 30;
 };
+
+/// Whether a vertex off the neck loop has a valence below 4 or above 8 in the whole mesh.
+bool has_odd_valences(const HalfMesh& mesh);
 
 /// Flips edges that belong to no curve where that improves angles on the surface, valences and closeness to
 /// the surface together. One-to-one in (u,v) stays so. Deterministic. Returns the number of flips.

@@ -71,17 +71,12 @@ class Parser {
  private:
   void dispatch(const Statement& s) {
     static const std::map<std::string, void (Parser::*)(const Statement&)> kStatements = {
-        {"point", &Parser::add_point},
-        {"free", &Parser::add_free},
-        {"curve", &Parser::add_curve},
-        {"flow", &Parser::add_curve},
-        {"region", &Parser::add_region},
-        {"landmark", &Parser::add_landmark},
-        {"box", &Parser::add_box},
-        {"bind", &Parser::add_binding},
-        {"constrain", &Parser::add_constraint},
-        {"plane", &Parser::add_plane},
-        {"scale", &Parser::add_scale}};
+        {"point", &Parser::add_point},       {"free", &Parser::add_free},
+        {"curve", &Parser::add_curve},       {"flow", &Parser::add_curve},
+        {"edge", &Parser::add_edge},         {"region", &Parser::add_region},
+        {"landmark", &Parser::add_landmark}, {"box", &Parser::add_box},
+        {"bind", &Parser::add_binding},      {"constrain", &Parser::add_constraint},
+        {"plane", &Parser::add_plane},       {"scale", &Parser::add_scale}};
     const auto found = kStatements.find(s.words[0]);
     if (found == kStatements.end()) s.fail("unknown statement '" + s.words[0] + "'");
     (this->*found->second)(s);
@@ -109,8 +104,16 @@ class Parser {
   }
 
   void add_free(const Statement& s) {
+    if (s.words.size() == 4) return add_point(s);
     s.expect_size(3);
     place_point(s, "", half_uv(s, 1));
+  }
+
+  void add_edge(const Statement& s) {
+    s.expect_size(3);
+    const int a = find_point(s, s.word(1)), b = find_point(s, s.word(2));
+    if (a == b) s.fail("an edge needs two points");
+    layout_.edges.push_back({a, b});
   }
 
   void add_curve(const Statement& s) {

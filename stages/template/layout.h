@@ -13,14 +13,15 @@ namespace phiz {
 /// square; the left half is its mirror image. Text, one statement a line, `#` starts a comment:
 ///
 ///   point NAME U V                      a point with a name
-///   free U V                            a point without one; it may move along the surface
+///   free [NAME] U V                     a point that may move along the surface
 ///   curve NAME [closed] P...            edges from point to point; a spline through them is followed by the
 ///   split
 ///                                       mesh and its points stay where they are. `P!` is a corner of the
 ///                                       spline
 ///   flow NAME [closed] P...             edges from point to point; its points may move
-///   region RIGHT [LEFT] at U V... within CURVE...   flooded from (U,V) up to the curves; LEFT names the
-///   mirror image
+///   edge P Q                            an edge that is not flipped: where the flow is to be another than
+///   found region RIGHT [LEFT] at U V... within CURVE...   flooded from (U,V) up to the curves; LEFT names
+///   the mirror image
 ///                                       (without it the region is both); `also REGION...` adds whole regions
 ///   landmark RIGHT [LEFT] U V
 ///   box RIGHT [LEFT] REGION PAD_MM      bounding box of a region
@@ -32,7 +33,7 @@ namespace phiz {
 /// Points with u = 1/2 lie on the mirror line, those with u = 0, v = 0 or v = 1 on the neck loop.
 struct Layout {
   struct Point {
-    std::string name;  ///< empty for free points
+    std::string name;  ///< may be empty
     Eigen::Vector2d uv = Eigen::Vector2d::Zero();
     bool held = false;  ///< on a `curve`
     int line = 0;       ///< of the text, from 1; also below
@@ -72,6 +73,7 @@ struct Layout {
   std::vector<Region> regions;
   std::vector<Landmark> landmarks;
   std::vector<Box> boxes;
+  std::vector<std::pair<int, int>> edges;     ///< points
   std::vector<std::pair<int, int>> bindings;  ///< points
   std::vector<std::string> constrained_regions, constrained_curves;
   std::map<std::string, Plane> planes;

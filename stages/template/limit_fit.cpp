@@ -1,6 +1,6 @@
 #include "stages/template/limit_fit.h"
 
-#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 
@@ -85,6 +85,7 @@ class LimitFit {
     // What hangs mainly on constrained vertices is not asked for.
     std::vector<bool> constrained(n, false);
     for (const int v : mesh.annotations.constrained_vertices) constrained[v] = true;
+    normals_.assign(matrix_.rows(), Eigen::Vector3d::UnitZ());
     asked_.assign(matrix_.rows(), true);
     for (int row = 0; row < matrix_.rows(); ++row) {
       double share = 0;
@@ -96,57 +97,76 @@ class LimitFit {
 
   /// One round of targets and least squares; the root mean square distance before it.
   double round() {
-    const int n = static_cast<int>(mesh_.positions.size());
-    std::vector<Triplet> entries;
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(3 * n);
+    const Coordinates positions = to_rows(mesh_.positions);
+    const Coordinates subdivided = matrix_ * positions;
+    pulls_.setZero(subdivided.rows(), 3);
     double sum = 0;
     int count = 0;
     for (int row = 0; row < matrix_.rows(); ++row) {
       if (!asked_[row]) continue;
-      Eigen::Vector3d p = Eigen::Vector3d::Zero();
-      for (Sparse::InnerIterator it(matrix_, row); it; ++it) p += it.value() * mesh_.positions[it.col()];
-      const Target target = find_target(p, uv_[row], surface_);
-      const double distance = target.normal.dot(p - target.position);
+      const Target target = find_target(subdivided.row(row).transpose(), uv_[row], surface_);
+      const Eigen::Vector3d off = target.position - subdivided.row(row).transpose();
+      const double distance = target.normal.dot(off);
       sum += distance * distance, ++count;
-      const double tangential = options_.tangential_weight;
-      const Eigen::Matrix3d weight = tangential * Eigen::Matrix3d::Identity() +
-                                     (1 - tangential) * target.normal * target.normal.transpose();
-      const Eigen::Vector3d pull = weight * (target.position - p);
-      for (Sparse::InnerIterator i(matrix_, row); i; ++i) {
-        right.segment<3>(3 * i.col()) += i.value() * pull;
-        for (Sparse::InnerIterator j(matrix_, row); j; ++j) {
-          const double product = i.value() * j.value();
-          for (int a = 0; a < 3; ++a) {
-            for (int b = 0; b < 3; ++b) {
-              entries.emplace_back(static_cast<int>(3 * i.col() + a), static_cast<int>(3 * j.col() + b),
-                                   product * weight(a, b));
-            }
-          }
-        }
-      }
+      normals_[row] = target.normal;
+      pulls_.row(row) = weigh(row, off).transpose();
     }
-    solve(entries, right);
+    const Coordinates right = matrix_.transpose() * pulls_ + keep_ * (to_rows(start_) - positions);
+    apply(solve(right));
     return std::sqrt(sum / std::max(count, 1));
   }
 
  private:
-  void solve(std::vector<Triplet>& entries, Eigen::VectorXd& right) {
-    const int n = static_cast<int>(mesh_.positions.size());
-    for (int v = 0; v < n; ++v) {
-      for (Sparse::InnerIterator it(keep_, v); it; ++it) {
-        for (int a = 0; a < 3; ++a) {
-          entries.emplace_back(3 * v + a, static_cast<int>(3 * it.col() + a), it.value());
-          right[3 * v + a] += it.value() * (start_[it.col()][a] - mesh_.positions[it.col()][a]);
-        }
-      }
+  using Coordinates = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+
+  static Coordinates to_rows(const std::vector<Eigen::Vector3d>& points) {
+    Coordinates rows(static_cast<Eigen::Index>(points.size()), 3);
+    for (Eigen::Index k = 0; k < rows.rows(); ++k)
+      rows.row(k) = points[static_cast<std::size_t>(k)].transpose();
+    return rows;
+  }
+
+  /// Across the surface in full, along it by the tangential weight.
+  Eigen::Vector3d weigh(int row, const Eigen::Vector3d& step) const {
+    const double t = options_.tangential_weight;
+    return t * step + (1 - t) * normals_[row].dot(step) * normals_[row];
+  }
+
+  /// The normal equations' matrix times a change.
+  Coordinates multiply(const Coordinates& change) const {
+    Coordinates rows = matrix_ * change;
+    for (int row = 0; row < rows.rows(); ++row) {
+      if (asked_[row])
+        rows.row(row) = weigh(row, rows.row(row).transpose()).transpose();
+      else
+        rows.row(row).setZero();
     }
-    Eigen::SparseMatrix<double> matrix(3 * n, 3 * n);
-    matrix.setFromTriplets(entries.begin(), entries.end());
-    entries = {};
-    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(matrix);
-    if (solver.info() != Eigen::Success) throw NumericalFailure("the limit surface could not be fitted");
-    const Eigen::VectorXd change = solver.solve(right);
-    for (int v = 0; v < n; ++v) mesh_.positions[v] += change.segment<3>(3 * v);
+    return matrix_.transpose() * rows + keep_ * change;
+  }
+
+  /// Conjugate gradients (Hestenes and Stiefel 1952).
+  Coordinates solve(const Coordinates& right) const {
+    constexpr int kMaxSteps = 2000;
+    constexpr double kTolerance = 1e-9;
+    Coordinates change = Coordinates::Zero(right.rows(), 3), residual = right, direction = right;
+    double square = residual.squaredNorm();
+    const double enough = kTolerance * kTolerance * square;
+    for (int step = 0; step < kMaxSteps && square > enough; ++step) {
+      const Coordinates image = multiply(direction);
+      const double length = square / direction.cwiseProduct(image).sum();
+      change += length * direction;
+      residual -= length * image;
+      const double next = residual.squaredNorm();
+      direction = residual + (next / square) * direction;
+      square = next;
+    }
+    if (!std::isfinite(square)) throw NumericalFailure("the limit surface could not be fitted");
+    return change;
+  }
+
+  void apply(const Coordinates& change) {
+    for (std::size_t v = 0; v < mesh_.positions.size(); ++v)
+      mesh_.positions[v] += change.row(static_cast<Eigen::Index>(v)).transpose();
     make_symmetric(mesh_);
     hold_back_sharp_triangles(mesh_, start_, options_.min_angle_deg);
   }
@@ -158,6 +178,8 @@ class LimitFit {
   Sparse matrix_, keep_;
   std::vector<Eigen::Vector2d> uv_;
   std::vector<bool> asked_;
+  std::vector<Eigen::Vector3d> normals_;  ///< of the targets
+  Coordinates pulls_;
 };
 
 }  // namespace

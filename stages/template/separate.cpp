@@ -10,6 +10,11 @@
 namespace phiz {
 
 int separate_crossings(ControlMesh& mesh, const SeparateOptions& options) {
+  if (options.level > 3) {  // most of it at a level that is looked through faster
+    SeparateOptions coarser = options;
+    coarser.level = 3;
+    separate_crossings(mesh, coarser);
+  }
   const int n = static_cast<int>(mesh.positions.size());
   const SubdivisionHierarchy hierarchy(mesh.triangles, n, options.level);
   const int per_triangle = 1 << (2 * options.level);

@@ -17,8 +17,9 @@ namespace phiz {
 MappedSurface map_reference(std::span<const Eigen::Vector3d> positions,
                             std::span<const Eigen::Vector3i> triangles, const Layout& layout);
 
-/// The same from a generic head that is there already: its subdivided surface (level 3), mapped anew.
-MappedSurface map_head(const ControlMesh& head, const Layout& layout);
+/// The same from a generic head that is there already: the right half of its subdivided surface (level 2),
+/// with its own (u,v). Throws InvalidInput where that is not one-to-one onto the half square.
+MappedSurface map_head(const ControlMesh& head);
 
 struct TemplateOptions {
   int coarse_rounds = 8;  ///< of flips and relaxation, before the triangles are split

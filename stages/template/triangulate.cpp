@@ -67,12 +67,14 @@ class Builder {
       handles_.back()->info() = i;
     }
     const auto border = find_border(layout);
-    for (std::size_t k = 0; k < border.size(); ++k) connect(border[k], border[(k + 1) % border.size()], -1);
+    for (std::size_t k = 0; k < border.size(); ++k)
+      connect(border[k], border[(k + 1) % border.size()], kBorder);
     for (int c = 0; c < static_cast<int>(layout.curves.size()); ++c) {
       const auto& points = layout.curves[c].points;
       for (std::size_t k = 0; k + 1 < points.size(); ++k) connect(points[k], points[k + 1], c);
       if (layout.curves[c].closed) connect(points.back(), points.front(), c);
     }
+    for (const auto& [a, b] : layout.edges) connect(a, b, kEdge);
   }
 
   HalfMesh result() {
@@ -91,8 +93,10 @@ class Builder {
   }
 
  private:
+  static constexpr int kEdge = -1, kBorder = -2;  ///< instead of a curve's index
+
   void connect(int a, int b, int curve) {
-    std::string who = "the border";
+    std::string who = curve == kEdge ? "an edge" : "the border";
     if (curve >= 0) {
       who = std::string("curve '").append(layout_.curves[curve].name).append("' (line ");
       who.append(std::to_string(layout_.curves[curve].line)).append(")");
@@ -111,7 +115,7 @@ class Builder {
       throw InvalidInput(who + " runs through another point between " + name_of(layout_, a) + " and " +
                          name_of(layout_, b));
     }
-    if (curve >= 0) mesh_.curve_edges.insert({std::minmax(a, b), curve});
+    if (curve != kBorder) mesh_.curve_edges.insert({std::minmax(a, b), curve});
   }
 
   const Layout& layout_;

@@ -29,7 +29,8 @@ struct HalfMesh {
   };
   std::vector<Vertex> vertices;
   std::vector<Eigen::Vector3i> triangles;          ///< counter-clockwise in (u,v)
-  std::map<std::pair<int, int>, int> curve_edges;  ///< (smaller, larger vertex) -> index in Layout::curves
+  std::map<std::pair<int, int>, int> curve_edges;  ///< (smaller, larger vertex) -> index in Layout::curves,
+                                                   ///< -1 for an `edge`
 };
 
 /// Constrained Delaunay triangulation (CGAL) of a layout's points with its curves and the half square's
