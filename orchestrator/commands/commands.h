@@ -15,8 +15,12 @@ Command make_store_command();
 
 Command make_export_command();
 Command make_evaluate_command();
+Command make_fields_command();
+Command make_retarget_command();
 Command make_synth_command();
 Command make_template_command();
+
+std::vector<Command> list_store_upkeep_commands();  // store_upkeep.cpp: children of `store`
 
 /// Commands that need no stage: they answer without loading the libraries of the stages.
 std::vector<Command> list_light_commands();  // light_commands.cpp

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "orchestrator/command.h"
+
+namespace phiz {
+
+// The children of `phiz fields` that have files of their own.
+Command make_fields_show_command();
+
+}  // namespace phiz

@@ -1,0 +1,255 @@
+#include "orchestrator/tasks/retarget.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "formats/error.h"
+#include "orchestrator/commands/commands.h"
+#include "orchestrator/commands/rig_files.h"
+#include "orchestrator/error.h"
+#include "orchestrator/error_table.h"
+#include "orchestrator/object_reference.h"
+#include "orchestrator/option_set.h"
+#include "orchestrator/session.h"
+#include "stages/geometry/parallel.h"
+
+namespace phiz {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr const char* kVersion = "retarget 1";  ///< raised whenever the same input gives other files
+
+struct RetargetArguments {
+  std::optional<std::string> motion, rig, output, format, head;
+  std::vector<std::string> subjects;
+  bool is_all = false;
+  std::optional<int> level;
+  std::optional<double> fps;
+};
+
+RetargetFormat format_of(const RetargetArguments& arguments) {
+  const std::string name = arguments.format.value_or(arguments.output ? "glb" : "none");
+  if (name != "none" && !arguments.output)
+    throw UsageError("--format " + name + " needs a folder: -o FOLDER");
+  if (name == "glb") return RetargetFormat::kGlb;
+  if (name == "obj") return RetargetFormat::kObj;
+  if (name == "none") return RetargetFormat::kNone;
+  throw UsageError("--format " + name + " is not glb, obj or none");
+}
+
+/// One run: what is shared, and a loop over subjects on several threads.
+class RetargetRun {
+ public:
+  RetargetRun(const RetargetArguments& arguments, Session& session)
+      : arguments_(arguments),
+        session_(session),
+        store_(session.open_store()),
+        format_(format_of(arguments)) {
+    head_files_ = session.load_head(arguments.head);
+    Deformation rig = load_rig(session, *arguments.rig);
+    check_same_template(rig.template_digest, head_files_, *arguments.rig);
+    Motion motion = load_motion(session, *arguments.motion);
+    report_gaps(motion);
+    if (arguments.fps) motion = resample_motion(motion, *arguments.fps);
+    ParameterTrack track = map_motion(rig, motion);
+    report_track(track);
+    const RigPaths paths = rig_paths(*arguments.rig);
+    key_text_ = std::string(kVersion) + "\nlevel " + std::to_string(arguments.level.value_or(2)) +
+                "\nformat " + arguments.format.value_or("glb") + "\nfps " +
+                fmt::format("{}", arguments.fps.value_or(0));
+    for (const std::filesystem::path& path :
+         {paths.json, paths.exr, std::filesystem::path(*arguments.motion)})
+      key_text_ += "\n" + compute_digest(read_input_file(session, path)).hex();
+    plan_ = std::make_unique<RetargetPlan>(std::move(rig), load_control_mesh(head_files_), std::move(track),
+                                           arguments.level.value_or(2));
+  }
+
+  int run(std::vector<std::string> subjects) {
+    if (arguments_.output && !session_.globals().is_dry_run)
+      session_.files().make_folders(std::filesystem::absolute(*arguments_.output));
+    const auto start = std::chrono::steady_clock::now();
+    const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
+    const std::size_t wanted =
+        session_.globals().threads.value_or(0) > 0 ? session_.globals().threads.value_or(1) : cores;
+    std::vector<std::thread> threads;
+    for (std::size_t t = 0; t < std::min(wanted, subjects.size()); ++t)
+      threads.emplace_back([&] { work(subjects); });
+    for (std::thread& thread : threads) thread.join();
+    session_.environment().stop.throw_if_requested();
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    report_total(subjects.size(), seconds);
+    return failed_ == 0                                   ? kExitDone
+           : failed_ == static_cast<int>(subjects.size()) ? last_code_
+                                                          : kExitSomeFailed;
+  }
+
+ private:
+  void work(const std::vector<std::string>& subjects) {
+    for (std::size_t i = next_++; i < subjects.size(); i = next_++) {
+      if (session_.environment().stop.signal() != 0) return;
+      try {
+        run_subject(subjects[i]);
+      } catch (...) {
+        const Failure failure = describe_failure(std::current_exception());
+        const std::lock_guard lock(mutex_);
+        ++failed_;
+        last_code_ = failure.code;
+        session_.reporter().failure({subjects[i], "retarget"}, failure);
+      }
+    }
+  }
+
+  void run_subject(const std::string& subject) {
+    const std::string reference = subject + "/subdivide/head.glb";
+    const std::string key =
+        compute_digest(key_text_ + "\n" + find_referenced_object(session_, store_, reference).digest.hex())
+            .hex();
+    const std::filesystem::path folder = std::filesystem::absolute(arguments_.output.value_or("."));
+    const std::filesystem::path mark = folder / ("." + subject + ".retarget");
+    if (format_ != RetargetFormat::kNone && is_done(mark, folder, key)) return print_kept(subject);
+    if (session_.globals().is_dry_run) return print_line(subject, "would be retargeted", {});
+    const HeadAsset head = load_fitted_head(session_, store_, subject);
+    check_same_template(head.template_digest, head_files_, subject);
+    if (format_ == RetargetFormat::kObj) session_.files().make_folders(folder / subject);
+    std::string files;
+    const RetargetPlan::Outcome outcome =
+        plan_->run(subject, head, format_, [&](const std::string& name, const std::string& bytes) {
+          session_.environment().stop.throw_if_requested();
+          write_output_files(session_, {{folder / name, bytes}});
+          files.append("\n").append(name).append(" ").append(std::to_string(bytes.size()));
+        });
+    if (format_ != RetargetFormat::kNone) write_output_files(session_, {{mark, key + files + "\n"}});
+    frames_ += outcome.figures.frames;
+    const MotionFigures& figures = outcome.figures;
+    std::string text =
+        fmt::format("{} frames, largest way {:.2f} mm in frame {}, mean {:.3f} mm", figures.frames,
+                    figures.largest_mm, figures.largest_frame, figures.mean_mm);
+    if (format_ == RetargetFormat::kGlb)
+      text += fmt::format(", morph targets within {:.2f} mm", outcome.morph_error_mm);
+    print_line(subject, text,
+               {{"frames", figures.frames},
+                {"largest_mm", figures.largest_mm},
+                {"largest_frame", figures.largest_frame},
+                {"mean_mm", figures.mean_mm},
+                {"morph_error_mm", outcome.morph_error_mm},
+                {"bytes", outcome.bytes}});
+  }
+
+  /// The mark has the key, and every file it names is there with its length.
+  bool is_done(const std::filesystem::path& mark, const std::filesystem::path& folder,
+               const std::string& key) const {
+    if (!session_.files().find_status(mark)) return false;
+    std::istringstream lines(session_.files().read_file(mark, 1 << 28));
+    std::string line;
+    if (!std::getline(lines, line) || line != key) return false;
+    while (std::getline(lines, line)) {
+      const std::size_t space = line.rfind(' ');
+      if (space == std::string::npos) return false;
+      const auto status = session_.files().find_status(folder / line.substr(0, space));
+      if (!status || std::to_string(status->size_bytes) != line.substr(space + 1)) return false;
+    }
+    return true;
+  }
+
+  void print_kept(const std::string& subject) { print_line(subject, "kept", {{"kept", true}}); }
+
+  void print_line(const std::string& subject, const std::string& text, const ordered_json& members) {
+    const std::lock_guard lock(mutex_);
+    session_.print(subject + ": " + text);
+    ordered_json line = {{"type", "retarget"}, {"subject", subject}};
+    line.update(members);
+    session_.print_json(line);
+  }
+
+  void report_gaps(const Motion& motion) {
+    for (const MotionGap& gap : motion.gaps)
+      session_.reporter().note({"", "retarget"},
+                               fmt::format("{}: {} frames are missing after frame {}", *arguments_.motion,
+                                           gap.missing_frames, gap.after_frame));
+  }
+
+  void report_track(const ParameterTrack& track) {
+    std::string names;
+    for (const std::string& name : track.unused) names.append(names.empty() ? "" : " ").append(name);
+    if (!names.empty()) session_.reporter().note({"", "retarget"}, "the rig has no control for: " + names);
+    if (track.clamped_values > 0)
+      session_.reporter().note(
+          {"", "retarget"},
+          fmt::format("{} values beyond their parameter's range were cut", track.clamped_values));
+  }
+
+  void report_total(std::size_t subjects, double seconds) {
+    const double rate = static_cast<double>(frames_) / std::max(seconds, 1e-9);
+    session_.print(fmt::format("{} subjects, {} vertices, {} subject-frames in {:.2f} s: {:.0f} a second",
+                               subjects, plan_->vertex_count(), frames_.load(), seconds, rate));
+    session_.print_json({{"type", "retarget_total"},
+                         {"subjects", subjects},
+                         {"vertices", plan_->vertex_count()},
+                         {"subject_frames", frames_.load()},
+                         {"seconds", seconds},
+                         {"failed", failed_}});
+  }
+
+  const RetargetArguments& arguments_;
+  Session& session_;
+  Store store_;
+  RetargetFormat format_;
+  TemplateFiles head_files_;
+  std::string key_text_;
+  std::unique_ptr<RetargetPlan> plan_;
+  std::mutex mutex_;
+  std::atomic<std::size_t> next_ = 0, frames_ = 0;
+  int failed_ = 0, last_code_ = kExitFailed;
+};
+
+int run_retarget(const RetargetArguments& arguments, Session& session) {
+  if (arguments.is_all != arguments.subjects.empty()) throw UsageError("either --to SUBJECT... or --all");
+  const int level = arguments.level.value_or(2);
+  if (level < 0 || level > 6) throw UsageError("--level is not from 0 to 6");
+  std::vector<std::string> subjects = arguments.subjects;
+  if (arguments.is_all) subjects = session.open_store().list_subjects();
+  for (std::size_t i = 0; i < subjects.size(); ++i) {
+    if (std::count(subjects.begin(), subjects.end(), subjects[i]) > 1)
+      throw UsageError("subject '" + subjects[i] + "' twice");
+  }
+  if (subjects.empty()) throw UsageError("the store has no subjects");
+  return RetargetRun(arguments, session).run(std::move(subjects));
+}
+
+}  // namespace
+
+Command make_retarget_command() {
+  Command command{
+      "retarget", "play a motion on fitted heads: animated .glb, .obj sequences, or figures only", {}, {}};
+  command.declare = [](OptionSet& options, const Environment&) -> Command::Action {
+    auto arguments = std::make_shared<RetargetArguments>();
+    options.add_text("--motion", arguments->motion, "curves: Live Link Face .csv, plain .csv or .json");
+    options.require("--motion");
+    options.add_text("--rig", arguments->rig, "rig.json, with rig.exr beside it");
+    options.require("--rig");
+    options.add_texts("--to", arguments->subjects, "the subjects");
+    options.add_flag("--all", arguments->is_all, "every subject of the store");
+    options.add_text("-o,--output", arguments->output, "folder for the animations; without it figures only");
+    options.add_text("--format", arguments->format, "glb (default with -o), obj (a file a frame) or none");
+    options.add_integer("--level", arguments->level, "level of subdivision, 0 to 6 (default 2)");
+    options.add_number("--fps", arguments->fps, "resample the motion to so many frames a second");
+    options.add_text("--template", arguments->head, "the generic head's .obj, its .json beside it");
+    return [arguments](Session& session) {
+      int code = kExitDone;
+      with_threads(session.globals().threads.value_or(0), [&] { code = run_retarget(*arguments, session); });
+      return code;
+    };
+  };
+  return command;
+}
+
+}  // namespace phiz
