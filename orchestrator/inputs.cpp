@@ -73,26 +73,37 @@ std::string read_scan(FileSystem& files, const ScanInput& scan) {
 
 TemplateFiles load_template(FileSystem& files, const std::filesystem::path& path) {
   return with_input_faults([&] {
-    TemplateFiles head;
     const auto status = files.find_status(path);
     if (!status) {
       throw FormatError(path.string() + ": no generic head there", "name one with --template FILE.obj");
     }
     const bool is_folder = status->kind == FileSystem::Kind::kFolder;
-    head.mesh_path = is_folder ? path / "head.obj" : std::filesystem::path(path).replace_extension(".obj");
-    head.annotations_path = std::filesystem::path(head.mesh_path).replace_extension(".json");
-    require_file(files, head.mesh_path);
-    require_file(files, head.annotations_path);
-    head.mesh = files.read_file(head.mesh_path, kMaxTemplateBytes);
-    head.annotations = files.read_file(head.annotations_path, kMaxTemplateBytes);
-    head.mesh_digest = compute_digest(head.mesh);
-    head.annotations_digest = compute_digest(head.annotations);
-    Sha256 both;
-    both.update(head.mesh);
-    both.update(head.annotations);
-    head.digest = both.finish();
-    return head;
+    const std::filesystem::path mesh_path =
+        is_folder ? path / "head.obj" : std::filesystem::path(path).replace_extension(".obj");
+    const auto annotations_path = std::filesystem::path(mesh_path).replace_extension(".json");
+    require_file(files, mesh_path);
+    require_file(files, annotations_path);
+    return make_template(mesh_path, files.read_file(mesh_path, kMaxTemplateBytes),
+                         files.read_file(annotations_path, kMaxTemplateBytes));
   });
+}
+
+TemplateFiles make_template(const std::filesystem::path& mesh_path, std::string mesh,
+                            std::string annotations) {
+  TemplateFiles head{mesh_path,
+                     std::filesystem::path(mesh_path).replace_extension(".json"),
+                     std::move(mesh),
+                     std::move(annotations),
+                     {},
+                     {},
+                     {}};
+  head.mesh_digest = compute_digest(head.mesh);
+  head.annotations_digest = compute_digest(head.annotations);
+  Sha256 both;
+  both.update(head.mesh);
+  both.update(head.annotations);
+  head.digest = both.finish();
+  return head;
 }
 
 }  // namespace phiz

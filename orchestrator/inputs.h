@@ -36,4 +36,8 @@ struct TemplateFiles {
 /// `path` is the .obj, the .json beside it, or a folder with head.obj and head.json. Throws FormatError.
 TemplateFiles load_template(FileSystem& files, const std::filesystem::path& path);
 
+/// The generic head of these bytes; the paths are for messages only.
+TemplateFiles make_template(const std::filesystem::path& mesh_path, std::string mesh,
+                            std::string annotations);
+
 }  // namespace phiz

@@ -67,7 +67,7 @@ class SubjectRun {
         return run_stages();
       } catch (const StoreError& error) {
         const bool can_heal = error.fault() == StoreFault::kDamaged || error.fault() == StoreFault::kMissing;
-        if (!can_heal || round == kMaxRounds || outcome_.steps.empty()) throw;
+        if (!can_heal || round == kMaxRounds || stage_.empty()) throw;
         services_.reporter.warning({job_.subject, stage_}, std::string(error.what()) + ": computing it anew");
         outcome_.steps.clear();
         results_.clear();
@@ -172,9 +172,21 @@ class SubjectRun {
     const ResultNote* note = former_.find_note(step.task.name);
     const bool is_noted = note != nullptr && note->key == step.key && note->seal == result.seal;
     if (!is_noted) record_.set_current(step.task.name, make_note(result));
+    if (!is_noted && !options_.is_dry_run) claim(step);
     // Left behind by a process killed between its commit and this line.
     if (!options_.is_dry_run) Checkpoint(services_.store, step.key).remove();
     finish(place, {step.task.name, StepOutcome::Status::kKept, {}, std::move(result)});
+  }
+
+  /// A result that has become current is named by the record, and then looked for once more: whoever collects
+  /// garbage has either read the name or taken the result away before we look.
+  void claim(const Step& step) {
+    const auto former = former_.results.find(step.task.name);
+    if (former != former_.results.end() && former->second == step.key) return;
+    services_.store.save_subject(record_);
+    if (!services_.store.has(*record_.find_note(step.task.name), Store::Care::kLook)) {
+      throw StoreError(StoreFault::kMissing, "result " + step.key.hex() + " was removed meanwhile");
+    }
   }
 
   void finish(const StepPlace& place, StepOutcome outcome) {

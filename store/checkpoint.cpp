@@ -19,6 +19,10 @@ std::optional<std::string> unpack(const std::string& text) {
 
 }  // namespace
 
+bool is_whole_checkpoint(const std::string& text) {
+  return unpack(text).has_value();
+}
+
 void Checkpoint::save(std::span<const std::byte> bytes) const {
   std::string text(kHeader);
   text += compute_digest(bytes).hex() + "\n";

@@ -29,4 +29,7 @@ class Checkpoint {
   Digest key_;
 };
 
+/// True if the text of such a file is as it was written.
+bool is_whole_checkpoint(const std::string& text);
+
 }  // namespace phiz

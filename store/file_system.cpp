@@ -25,7 +25,13 @@ void FileSystem::make_folders(const std::filesystem::path& path) {
   if (status && status->kind == Kind::kFolder) return;
   const std::filesystem::path parent = path.parent_path();
   if (parent != path) make_folders(parent);
-  make_folder(path);
+  try {
+    make_folder(path);
+  } catch (const StoreError& error) {
+    // Its parent is there, so this is no place for folders: /proc, or a file of that name.
+    if (error.fault() != StoreFault::kMissing && error.fault() != StoreFault::kExists) throw;
+    throw StoreError(StoreFault::kPermission, error.what(), "name a folder that can be made");
+  }
   sync_folder(parent.empty() ? std::filesystem::path(".") : parent);
 }
 

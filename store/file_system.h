@@ -70,6 +70,10 @@ class FileSystem {
   /// Only for files that are not ours: nothing in the store is judged by its times.
   virtual std::string find_stamp(const std::filesystem::path&) { return {}; }
 
+  /// When the file was last written, renamed or linked, by the clock of the disk it lies on; nothing if there
+  /// is none or the disk does not tell. Only to be compared with another file's of the same disk.
+  virtual std::optional<double> find_change_time_seconds(const std::filesystem::path&) { return {}; }
+
   /// The whole file. Throws kMissing; kIo for a folder and if it is longer than max_bytes.
   virtual std::string read_file(const std::filesystem::path& path, std::uint64_t max_bytes = UINT64_MAX);
 

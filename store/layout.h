@@ -28,6 +28,7 @@ struct StoreLayout {
   std::filesystem::path checkpoint(const Digest& key) const { return checkpoints() / key.hex(); }
   std::filesystem::path leases() const { return root / "leases"; }
   std::filesystem::path lease(const Digest& key) const { return leases() / key.hex(); }
+  std::filesystem::path pins() const { return root / "pins"; }
   std::filesystem::path logs() const { return root / "logs"; }
   std::filesystem::path damaged() const { return root / "damaged"; }
 };

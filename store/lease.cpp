@@ -119,6 +119,32 @@ void LeaseTable::release(const Digest& key) noexcept {
   }
 }
 
+bool LeaseTable::is_held(const Digest& key) {
+  const std::lock_guard lock(mutex_);
+  if (held_.contains(key)) return true;
+  const auto text = read_if_there(store_.files(), store_.layout().lease(key));
+  return text && !is_dead(key, *text);
+}
+
+std::vector<LeaseTable::Entry> LeaseTable::list() {
+  const std::lock_guard lock(mutex_);
+  std::vector<Entry> entries;
+  for (const std::string& name : store_.files().list_folder(store_.layout().leases())) {
+    const auto key = parse_digest(name);
+    if (!key) continue;
+    const auto text = read_if_there(store_.files(), store_.layout().lease(*key));
+    if (!text) continue;
+    const auto lease = parse_lease(*text);
+    const LeaseHolder holder = lease ? LeaseHolder{lease->host, lease->owner.pid} : LeaseHolder{"unknown", 0};
+    entries.push_back({*key, holder, is_dead(*key, *text)});
+  }
+  return entries;
+}
+
+bool LeaseTable::break_lease(const Digest& key) {
+  return store_.files().remove_file(store_.layout().lease(key));
+}
+
 void LeaseTable::renew() {
   const std::lock_guard lock(mutex_);
   for (auto& [key, beat] : held_) {

@@ -9,6 +9,7 @@
 #include <thread>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "store/process.h"
 #include "store/store.h"
@@ -59,6 +60,21 @@ class LeaseTable {
   /// The lease, or who has it. Never waits. Throws StoreError. A key this table holds already is held by us:
   /// a second thread is told our own pid.
   std::variant<Lease, LeaseHolder> try_acquire(const Digest& key);
+
+  /// True if a living process, ours or another, computes the key now.
+  bool is_held(const Digest& key);
+
+  /// Every lease there is.
+  struct Entry {
+    Digest key;
+    LeaseHolder holder;
+    bool is_dead = false;
+  };
+  std::vector<Entry> list();
+
+  /// Removes a lease whoever holds it; false if there was none. Safe at any time: two that compute one key
+  /// both end well.
+  bool break_lease(const Digest& key);
 
   /// Renews every held lease once; called by the thread, and by tests.
   void renew();

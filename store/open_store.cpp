@@ -11,7 +11,12 @@ constexpr int kFormatVersion = 1;
 constexpr std::uint64_t kMaxMarkerBytes = 1 << 16;
 
 void check_version(FileSystem& files, const std::filesystem::path& marker) {
-  const nlohmann::json object = unseal_json(files.read_file(marker, kMaxMarkerBytes), marker.string());
+  const std::string text = files.read_file(marker, kMaxMarkerBytes);
+  if (!is_sealed_well(text)) {
+    throw StoreError(StoreFault::kDamaged, marker.string() + ": its bytes are not what was written",
+                     "phiz store verify --repair writes it anew");
+  }
+  const nlohmann::json object = unseal_json(text, marker.string());
   const auto version = object.find("format_version");
   if (version == object.end() || !version->is_number_integer()) {
     throw StoreError(StoreFault::kDamaged, marker.string() + ": it names no format version");
@@ -36,7 +41,27 @@ bool is_fresh_folder(FileSystem& files, const StoreLayout& layout) {
   return true;
 }
 
+void write_marker(FileSystem& files, const StoreLayout& layout) {
+  const std::string marker = seal_json({{"format_version", kFormatVersion}, {"created_by", "phiz"}});
+  DurableWriter writer(files);
+  writer.add(layout.marker(), std::as_bytes(std::span(marker)), FileSystem::Mode::kWritable);
+  writer.publish();
+}
+
 }  // namespace
+
+bool Store::repair_marker(FileSystem& files, const std::filesystem::path& root) {
+  try {
+    open(files, root);
+    return false;
+  } catch (const StoreError& error) {
+    if (error.fault() != StoreFault::kDamaged) throw;
+  }
+  const Store store(files, root);
+  store.set_aside(store.layout_.marker());
+  write_marker(files, store.layout_);
+  return true;
+}
 
 Store Store::open(FileSystem& files, const std::filesystem::path& root) {
   Store store(files, root);
@@ -63,10 +88,7 @@ Store Store::open_or_create(FileSystem& files, const std::filesystem::path& root
       files.make_folder(folder);
     }
     files.sync_folder(root);  // the marker must not survive what it vouches for
-    const std::string marker = seal_json({{"format_version", kFormatVersion}, {"created_by", "phiz"}});
-    DurableWriter writer(files);
-    writer.add(layout.marker(), std::as_bytes(std::span(marker)), FileSystem::Mode::kWritable);
-    writer.publish();
+    write_marker(files, layout);
   }
   check_version(files, layout.marker());
   return store;

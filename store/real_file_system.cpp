@@ -120,6 +120,12 @@ class RealFileSystem final : public FileSystem {
            std::to_string(to_ns(info.st_ctim));
   }
 
+  std::optional<double> find_change_time_seconds(const fs::path& path) override {
+    struct stat info {};
+    if (::stat(path.c_str(), &info) != 0) return std::nullopt;
+    return static_cast<double>(info.st_ctim.tv_sec) + 1e-9 * static_cast<double>(info.st_ctim.tv_nsec);
+  }
+
   std::string read_file(const fs::path& path, std::uint64_t max_bytes) override {
     Descriptor file(path, O_RDONLY, 0, "cannot read");
     struct stat info {};

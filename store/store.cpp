@@ -131,6 +131,24 @@ std::optional<Result> Store::find_done_result(const Digest& key) const {
   return std::nullopt;
 }
 
+/// What was there already when we looked may have been collected as nobody's before our result named it.
+void Store::put_back_removed(const CommitRequest& request, const Result& result) const {
+  DurableWriter writer(*files_);
+  for (const auto& [name, bytes] : request.outputs) {
+    const auto output = result.outputs.find(name);
+    const bool is_ours = output != result.outputs.end() && output->second.size_bytes == bytes.size();
+    if (is_ours && !find_object_size(output->second.digest)) put_object(writer, bytes);
+  }
+  for (const std::string_view bytes : request.inputs_to_keep) {
+    if (!find_object_size(compute_digest(bytes))) put_object(writer, bytes);
+  }
+  const std::filesystem::path file = layout_.result(result.key());
+  const bool is_gone = !files_->find_status(file);
+  const std::string text = is_gone ? format_result(result) : "";
+  if (is_gone) writer.add(file, as_bytes(text), FileSystem::Mode::kWritable);
+  writer.publish();
+}
+
 CommitOutcome Store::commit(CommitRequest request) const {
   CommitOutcome outcome{std::move(request.result), false};
   outcome.result.outputs.clear();
@@ -152,7 +170,16 @@ CommitOutcome Store::commit(CommitRequest request) const {
   if (request.subject) note_result(outcome.result, *request.subject);
   if (request.subject) add_subject(records, *request.subject);
   records.publish();
+  put_back_removed(request, outcome.result);
   return outcome;
+}
+
+void Store::put_result(const Result& result) const {
+  if (find_done_result(result.key())) return;
+  const std::string text = format_result(result);
+  DurableWriter writer(*files_);
+  writer.add(layout_.result(result.key()), as_bytes(text), FileSystem::Mode::kWritable);
+  writer.publish();
 }
 
 std::vector<Digest> Store::list_results() const {
@@ -161,6 +188,24 @@ std::vector<Digest> Store::list_results() const {
     const auto stem = stem_of_json(name);
     if (!stem) continue;
     if (const auto key = parse_digest(*stem)) keys.push_back(*key);
+  }
+  return keys;
+}
+
+void Store::pin(const Digest& key) const {
+  files_->make_folders(layout_.pins());
+  if (files_->create_exclusively(layout_.pins() / key.hex(), {})) files_->sync_folder(layout_.pins());
+}
+
+bool Store::unpin(const Digest& key) const {
+  return files_->remove_file(layout_.pins() / key.hex());
+}
+
+std::vector<Digest> Store::list_pins() const {
+  std::vector<Digest> keys;
+  if (!files_->find_status(layout_.pins())) return keys;
+  for (const std::string& name : files_->list_folder(layout_.pins())) {
+    if (const auto key = parse_digest(name)) keys.push_back(*key);
   }
   return keys;
 }

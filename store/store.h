@@ -46,6 +46,10 @@ class Store {
   /// Makes the store if `root` is missing or an empty folder. kNoStore if it is a folder of other things.
   static Store open_or_create(FileSystem& files, const std::filesystem::path& root);
 
+  /// Writes the marker of a store anew if its bytes are damaged; the damaged one goes to `damaged/`. True if
+  /// it did. Throws kNoStore if there is none.
+  static bool repair_marker(FileSystem& files, const std::filesystem::path& root);
+
   FileSystem& files() const { return *files_; }
   const StoreLayout& layout() const { return layout_; }
 
@@ -84,7 +88,15 @@ class Store {
   /// key is kept, never replaced.
   CommitOutcome commit(CommitRequest request) const;
 
+  /// A result whose outputs are there already, as it is. A finished result of the same key is kept.
+  void put_result(const Result& result) const;
+
   std::vector<Digest> list_results() const;  ///< sorted keys
+
+  /// Results that no subject names but that must stay: garbage is collected around them.
+  void pin(const Digest& key) const;
+  bool unpin(const Digest& key) const;    ///< true if it was pinned
+  std::vector<Digest> list_pins() const;  ///< sorted
 
   // Subjects ------------------------------------------------------------------------------------------------
   std::optional<SubjectRecord> find_subject(const std::string& name) const;  ///< nothing if none; kDamaged
@@ -96,6 +108,7 @@ class Store {
 
  private:
   Store(FileSystem& files, std::filesystem::path root) : files_(&files), layout_{std::move(root)} {}
+  void put_back_removed(const CommitRequest& request, const Result& result) const;
   void add_subject(DurableWriter& writer, const SubjectRecord& record) const;
 
   FileSystem* files_;

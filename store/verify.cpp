@@ -2,7 +2,9 @@
 
 #include <map>
 
+#include "store/checkpoint.h"
 #include "store/error.h"
+#include "store/sealed_json.h"
 
 namespace phiz {
 namespace {
@@ -18,6 +20,8 @@ class Verifier {
     for (const Digest& key : store_.list_results()) check_result(key);
     for (const Digest& digest : store_.list_objects()) check_object(digest);
     for (const std::string& name : store_.list_subjects()) check_subject(name);
+    check_checkpoints();
+    check_leases();
     check_outputs();
     return std::move(report_);
   }
@@ -88,6 +92,39 @@ class Verifier {
       add_damage("subject " + name, "it is the record of another subject", path);
     } catch (const StoreError& error) {
       if (error.fault() != StoreFault::kMissing) add_damage("subject " + name, error.what(), path);
+    }
+  }
+
+  void check_checkpoints() {
+    FileSystem& files = store_.files();
+    for (const std::string& name : files.list_folder(store_.layout().checkpoints())) {
+      const auto key = parse_digest(name);
+      if (!key) continue;
+      const auto path = store_.layout().checkpoint(*key) / "state";
+      try {
+        const std::string text = files.read_file(path);
+        ++report_.checkpoints;
+        add_bytes(text.size());
+        if (!is_whole_checkpoint(text))
+          add_damage("checkpoint " + name, "its bytes are not what was written", path);
+      } catch (const StoreError& error) {
+        if (error.fault() != StoreFault::kMissing) add_damage("checkpoint " + name, error.what(), path);
+      }
+    }
+  }
+
+  void check_leases() {
+    FileSystem& files = store_.files();
+    for (const std::string& name : files.list_folder(store_.layout().leases())) {
+      if (!parse_digest(name)) continue;
+      const auto path = store_.layout().leases() / name;
+      try {
+        const std::string text = files.read_file(path, kMaxJsonBytes);
+        add_bytes(text.size());
+        if (!is_sealed_well(text)) add_damage("lease " + name, "its bytes do not match its seal", path);
+      } catch (const StoreError& error) {
+        if (error.fault() != StoreFault::kMissing) throw;
+      }
     }
   }
 

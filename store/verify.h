@@ -11,14 +11,15 @@ namespace phiz {
 
 /// One file of the store that is not as it was written, or is missing.
 struct StoreDamage {
-  std::string what;  ///< "object <digest>", "result <key>", "subject <name>"
+  std::string
+      what;  ///< "object <digest>", "result <key>", "subject <name>", "checkpoint <key>", "lease <key>"
   std::string cause;
   std::vector<std::string> used_by;    ///< "<stage> <key> <output>" of results that name it
   std::filesystem::path set_aside_to;  ///< empty if there was nothing to move
 };
 
 struct VerifyReport {
-  std::uint64_t objects = 0, results = 0, subjects = 0, bytes = 0;  ///< looked at
+  std::uint64_t objects = 0, results = 0, subjects = 0, checkpoints = 0, bytes = 0;  ///< looked at
   std::vector<StoreDamage> damages;
   bool ok() const { return damages.empty(); }
 };

@@ -20,6 +20,7 @@ Command make_retarget_command();
 Command make_synth_command();
 Command make_template_command();
 
+Command make_verify_command();                      // store_verify.cpp: `store verify`
 std::vector<Command> list_store_upkeep_commands();  // store_upkeep.cpp: children of `store`
 
 /// Commands that need no stage: they answer without loading the libraries of the stages.

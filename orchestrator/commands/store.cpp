@@ -9,7 +9,6 @@
 #include "orchestrator/object_reference.h"
 #include "orchestrator/option_set.h"
 #include "orchestrator/session.h"
-#include "store/verify.h"
 
 namespace phiz {
 namespace {
@@ -56,38 +55,6 @@ int run_cat(const std::string& reference, Session& session) {
   return kExitDone;
 }
 
-void print_damage(const Session& session, const StoreDamage& damage) {
-  session.print("damaged: " + to_one_line(damage.what + ": " + damage.cause));
-  for (const std::string& use : damage.used_by) session.print("  used by " + use);
-  if (!damage.set_aside_to.empty()) session.print("  set aside as " + damage.set_aside_to.string());
-  session.print_json({{"type", "damage"},
-                      {"what", damage.what},
-                      {"cause", damage.cause},
-                      {"used_by", damage.used_by},
-                      {"set_aside_to", damage.set_aside_to.string()}});
-}
-
-int run_verify(Session& session) {
-  const Store store = session.open_store();
-  const VerifyReport report =
-      verify_store(store, [&](std::uint64_t) { session.environment().stop.throw_if_requested(); });
-  for (const StoreDamage& damage : report.damages) print_damage(session, damage);
-  session.print(
-      fmt::format("{} objects, {} results, {} subjects, {:.1f} MB read: {}", report.objects, report.results,
-                  report.subjects, static_cast<double>(report.bytes) / 1e6,
-                  report.ok() ? "all as written" : fmt::format("{} damaged", report.damages.size())));
-  session.print_json({{"type", "verify"},
-                      {"objects", report.objects},
-                      {"results", report.results},
-                      {"subjects", report.subjects},
-                      {"bytes", report.bytes},
-                      {"damaged", report.damages.size()}});
-  if (report.ok()) return kExitDone;
-  session.reporter().failure({}, {kExitDamaged, "the store was damaged; nothing damaged is used any more",
-                                  "run phiz fit again for the subjects: what is missing is computed anew"});
-  return kExitDamaged;
-}
-
 Command make_reference_command(const std::string& name, const std::string& summary,
                                int (*run)(const std::string&, Session&)) {
   Command command{name, summary, {}, {}};
@@ -108,13 +75,13 @@ Command make_store_command() {
     options.add_positionals("SUBJECT", *names, "subjects (default: all)");
     return [names](Session& session) { return run_ls(*names, session); };
   };
-  Command verify{"verify", "read every byte of the store and check it; damaged files are set aside", {}, {}};
-  verify.declare = [](OptionSet&, const Environment&) -> Command::Action { return run_verify; };
-  return {"store",
-          "look into the store",
-          {},
-          {ls, make_reference_command("path", "the file of an object (do not change it)", run_path),
-           make_reference_command("cat", "write an object to stdout", run_cat), verify}};
+  Command store{"store",
+                "look into the store and keep it in order",
+                {},
+                {ls, make_reference_command("path", "the file of an object (do not change it)", run_path),
+                 make_reference_command("cat", "write an object to stdout", run_cat), make_verify_command()}};
+  for (Command& child : list_store_upkeep_commands()) store.children.push_back(std::move(child));
+  return store;
 }
 
 }  // namespace phiz

@@ -36,6 +36,9 @@ class FailingFileSystem final : public FileSystem {
   bool create_exclusively(const std::filesystem::path& path, std::span<const std::byte> bytes) override;
   bool remove_file(const std::filesystem::path& path) override;
   bool remove_folder(const std::filesystem::path& path) override;
+  std::optional<double> find_change_time_seconds(const std::filesystem::path& path) override {
+    return disk_.find_change_time_seconds(path);
+  }
 
  private:
   enum class Effect { kReads, kWrites, kRemoves };

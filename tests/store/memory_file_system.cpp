@@ -138,6 +138,7 @@ void MemoryFileSystem::create(const fs::path& path, std::span<const std::byte> b
   if (free_bytes_ != UINT64_MAX) free_bytes_ -= bytes.size();
   auto file = std::make_shared<File>();
   file->bytes.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  file->change_time_seconds = clock_seconds_;
   folder.names[path.filename().string()] = Entry{file};
   ++files_created_;
 }
@@ -166,6 +167,7 @@ void MemoryFileSystem::rename(const fs::path& from, const fs::path& to) {
   const Entry* entry = find_entry(from);
   if (entry == nullptr) fail(StoreFault::kMissing, "no file", from);
   const Entry moved = *entry;
+  if (moved.file) moved.file->change_time_seconds = clock_seconds_;
   folder_of(to).names[to.filename().string()] = moved;
   folder_of(from).names.erase(from.filename().string());
 }
@@ -182,6 +184,13 @@ bool MemoryFileSystem::remove_file(const fs::path& path) {
   if (find_entry(path) == nullptr) return false;
   folder_of(path).names.erase(path.filename().string());
   return true;
+}
+
+std::optional<double> MemoryFileSystem::find_change_time_seconds(const fs::path& path) {
+  const std::lock_guard lock(mutex_);
+  const Entry* entry = find_entry(path);
+  if (entry == nullptr || !entry->file) return std::nullopt;
+  return entry->file->change_time_seconds;
 }
 
 bool MemoryFileSystem::remove_folder(const fs::path& path) {

@@ -31,6 +31,9 @@ class MemoryFileSystem final : public FileSystem {
   /// Bytes that may still be created; kFull beyond.
   void set_free_bytes(std::uint64_t bytes) { free_bytes_ = bytes; }
 
+  /// Files made or renamed from now on are so much younger.
+  void advance_clock(double seconds) { clock_seconds_ += seconds; }
+
   std::uint64_t files_created() const { return files_created_; }
 
   std::optional<Status> find_status(const std::filesystem::path& path) override;
@@ -44,11 +47,13 @@ class MemoryFileSystem final : public FileSystem {
   bool create_exclusively(const std::filesystem::path& path, std::span<const std::byte> bytes) override;
   bool remove_file(const std::filesystem::path& path) override;
   bool remove_folder(const std::filesystem::path& path) override;
+  std::optional<double> find_change_time_seconds(const std::filesystem::path& path) override;
 
  private:
   struct File {
     std::string bytes;
     bool is_synced = false;
+    double change_time_seconds = 0;
   };
   struct Entry {
     std::shared_ptr<File> file;  // null: a folder
@@ -67,6 +72,7 @@ class MemoryFileSystem final : public FileSystem {
   std::map<std::filesystem::path, Folder> folders_;
   std::uint64_t free_bytes_ = UINT64_MAX;
   std::uint64_t files_created_ = 0;
+  double clock_seconds_ = 0;
 };
 
 }  // namespace phiz::test
