@@ -156,6 +156,7 @@ MuscleMask parse_mask(const Json& json, const std::string& path) {
   members.take("offset_mm", mask.offset_mm);
   members.take("blend_mm", mask.blend_mm);
   members.take("region", mask.region);
+  members.take("shrink", mask.shrink);
   members.take("rings", mask.rings);
   members.take("curve", mask.curve);
   members.take("blend_uv", mask.blend_uv);
@@ -166,7 +167,8 @@ MuscleMask parse_mask(const Json& json, const std::string& path) {
   members.finish();
   check_radii(mask.radii_mm, mask.plateau, path);
   const bool is_sound = mask.blend_mm > 0 && mask.blend_uv > 0 && mask.blend_beyond >= 0 &&
-                        mask.normal.norm() > 0 && mask.rings >= 0 && mask.rings <= 50;
+                        mask.normal.norm() > 0 && mask.rings >= 0 && mask.rings <= 50 && mask.shrink >= 0 &&
+                        mask.shrink <= 50;
   if (!is_sound) throw FormatError("a width, normal or count is out of range (" + path + ")");
   if (mask.kind == MuscleMask::Kind::kBelowCurve && mask.curve.size() < 2)
     throw FormatError("a curve needs two landmarks or more (" + path + ")");

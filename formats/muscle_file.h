@@ -41,6 +41,7 @@ struct MuscleMask {
   double offset_mm = 0;                               ///< moves the plane along its normal
   double blend_mm = 4;                                ///< half width of the plane's change from 0 to 1
   std::string region;                                 ///< of the generic head's annotations
+  int shrink = 0;                                     ///< so many rings are taken off the region first
   int rings = 1;                                      ///< how often the region's border is averaged
   std::vector<std::string> curve;  ///< landmarks with ascending u: 1 below it in the (u,v) square
   double blend_uv = 0.02;          ///< half width of the change from 0 to 1 in the middle of the curve

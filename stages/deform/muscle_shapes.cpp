@@ -66,10 +66,11 @@ class Painter {
     const Curve upper = curve_of(lids.upper), lower = curve_of(lids.lower);
     const Vector3d from = upper.places.front(), along = upper.places.back() - from;
     const double length = along.norm();
+    const double back = std::min(from.z(), upper.places.back().z()) - kBehindMm;  // not the back of the head
     over_nodes([&](std::size_t node) {
       const Vector3d& p = canvas_.positions[node];
       const double s = (p - from).dot(along) / (length * length);
-      if (s <= -0.2 || s >= 1.2 || canvas_.normals[node].z() < -0.2) return;
+      if (s <= -0.2 || s >= 1.2 || p.z() < back) return;
       const double inside = std::clamp(s, 0.0, 1.0);
       const Vector3d top = upper.at(inside), bottom = lower.at(inside), gap = top - bottom;
       const double ends = falloff(std::max(0.0, std::max(-s, s - 1) / 0.2), 0);
@@ -87,7 +88,7 @@ class Painter {
   void mask(const ControlMesh& head, const MuscleMask& mask) {
     std::vector<double> region;
     if (mask.kind == MuscleMask::Kind::kRegion)
-      region = draw_region(head, canvas_.side, mask.region, mask.rings);
+      region = draw_region(head, canvas_.side, {mask.region, mask.shrink, mask.rings});
     const bool has_place = mask.kind == MuscleMask::Kind::kPlane || mask.kind == MuscleMask::Kind::kEllipsoid;
     const Vector3d place = has_place ? place_of(mask.point, canvas_) : Vector3d::Zero();
     over_nodes([&](std::size_t node) {
@@ -113,7 +114,7 @@ class Painter {
   }
 
  private:
-  static constexpr double kMarginMm = 1.0;
+  static constexpr double kMarginMm = 1.0, kBehindMm = 15.0;
 
   struct Curve {
     std::vector<Vector3d> places;

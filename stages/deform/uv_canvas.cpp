@@ -90,14 +90,20 @@ UvCanvas draw_uv_canvas(const ControlMesh& generic_head, int side) {
   return canvas;
 }
 
-std::vector<double> draw_region(const ControlMesh& generic_head, int side, const std::string& region,
-                                int rings) {
-  const auto found = generic_head.annotations.regions.find(region);
+std::vector<double> draw_region(const ControlMesh& generic_head, int side, const RegionEdge& edge) {
+  const auto found = generic_head.annotations.regions.find(edge.region);
   if (found == generic_head.annotations.regions.end())
-    throw InvalidInput("the generic head has no region '" + region + "'");
+    throw InvalidInput("the generic head has no region '" + edge.region + "'");
   std::vector<double> weights(generic_head.positions.size(), 0);
   for (const int vertex_idx : found->second) weights.at(vertex_idx) = 1;
-  for (int pass = 0; pass < rings; ++pass) {
+  for (int pass = 0; pass < edge.shrink; ++pass) {
+    const std::vector<double> wider = weights;
+    for (const Eigen::Vector3i& triangle : generic_head.triangles) {
+      if (wider[triangle[0]] * wider[triangle[1]] * wider[triangle[2]] != 0) continue;
+      for (int i = 0; i < 3; ++i) weights[triangle[i]] = 0;
+    }
+  }
+  for (int pass = 0; pass < edge.rings; ++pass) {
     std::vector<double> sums = weights, counts(weights.size(), 1);
     for (const Eigen::Vector3i& triangle : generic_head.triangles) {
       for (int i = 0; i < 3; ++i) {

@@ -25,9 +25,15 @@ struct UvCanvas {
 /// Throws InvalidInput where the square is not covered.
 UvCanvas draw_uv_canvas(const ControlMesh& generic_head, int side);
 
-/// 1 in a region of the annotations, 0 outside, its border averaged over one-rings `rings` times, linear in
+/// A region of the annotations and what becomes of its border.
+struct RegionEdge {
+  std::string region;
+  int shrink = 0;  ///< rings taken off
+  int rings = 0;   ///< averages over one-rings
+};
+
+/// 1 in a region, 0 outside, its border averaged over one-rings, linear in
 /// control triangles. Throws InvalidInput for regions the head does not have.
-std::vector<double> draw_region(const ControlMesh& generic_head, int side, const std::string& region,
-                                int rings);
+std::vector<double> draw_region(const ControlMesh& generic_head, int side, const RegionEdge& edge);
 
 }  // namespace phiz
