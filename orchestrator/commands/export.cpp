@@ -9,6 +9,7 @@
 #include "formats/image.h"
 #include "formats/triangle_mesh.h"
 #include "orchestrator/commands/commands.h"
+#include "orchestrator/commands/export_uv.h"
 #include "orchestrator/error.h"
 #include "orchestrator/error_table.h"
 #include "orchestrator/object_reference.h"
@@ -16,6 +17,7 @@
 #include "orchestrator/session.h"
 #include "orchestrator/subject_state.h"
 #include "orchestrator/tasks/head_surface.h"
+#include "orchestrator/tasks/nouns.h"
 #include "store/durable_writer.h"
 #include "store/error.h"
 
@@ -25,7 +27,8 @@ namespace {
 struct ExportArguments {
   std::string subject;
   std::optional<std::string> output, frame, view;
-  std::optional<int> level;
+  std::optional<int> level, side;
+  bool wants_texture = false;
 };
 
 /// A sheet of pictures that `phiz fit --views` made of this very fit.
@@ -60,6 +63,20 @@ std::string make_file(const std::string& extension, const ExportArguments& argum
   const auto read = [&](const std::string& output) {
     return store.read_object(find_referenced_object(session, store, arguments.subject + "/" + output).digest);
   };
+  if (arguments.wants_texture && extension != ".png" && extension != ".exr")
+    throw UsageError("a texture is a .png or an .exr");
+  if (arguments.wants_texture || extension == ".exr") {
+    if (in_scan_frame || arguments.level)
+      throw UsageError("what lies over (u,v) is in the head frame and at the finest level");
+    PointCloud cloud;
+    with_place(arguments.subject + "/cloud.vdb", [&] {
+      std::istringstream in(read("ingest/cloud.vdb"));
+      cloud = read_vdb_points(in);
+    });
+    return make_uv_file(extension, arguments.wants_texture, arguments.side, read("subdivide/head.glb"),
+                        cloud);
+  }
+  if (arguments.side) throw UsageError("--size goes with an .exr or --texture");
   if (extension == ".vdb") {
     if (in_scan_frame || arguments.level)
       throw UsageError("a .vdb is the clean cloud in the head frame, without levels");
@@ -81,7 +98,8 @@ std::string make_file(const std::string& extension, const ExportArguments& argum
     if (in_scan_frame) throw UsageError("pictures are in the head frame");
     write_png(draw_head(mesh), out);
   } else {
-    throw UsageError("cannot write a '" + extension + "' file", "use .glb, .obj, .ply, .drc, .vdb or .png");
+    throw UsageError("cannot write a '" + extension + "' file",
+                     "use .glb, .obj, .ply, .drc, .exr, .vdb or .png");
   }
   return std::move(out).str();
 }
@@ -120,7 +138,8 @@ int run_export(const ExportArguments& arguments, Session& session) {
 Command make_export_command() {
   Command command{
       "export",
-      "write a fitted head as .glb .obj .ply .drc .png, its clean cloud as .vdb, or pictures of a stage",
+      "write a fitted head as .glb .obj .ply .drc .png, over (u,v) as .exr, its clean cloud as .vdb, or "
+      "pictures of a stage",
       {},
       {}};
   command.declare = [](OptionSet& options, const Environment&) -> Command::Action {
@@ -133,6 +152,10 @@ Command make_export_command() {
         "level of subdivision (default: the finest; a .glb without --level is the asset itself)");
     options.add_text("--frame", arguments->frame,
                      "head (mm, upright; default) or scan (the scan's own frame and units)");
+    options.add_flag("--texture", arguments->wants_texture,
+                     "the scan's colours over (u,v): .png (sRGB) or .exr (linear)");
+    options.add_integer("--size", arguments->side,
+                        "of an .exr geometry image or a texture: nodes a side (default 512)");
     options.add_text(
         "--view", arguments->view,
         "into a .png: pictures of a stage beside the scan, from phiz fit --views: ingest, align, "

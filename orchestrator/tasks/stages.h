@@ -10,6 +10,7 @@ Task describe_align();       // align_table.cpp
 Task describe_fit_local();   // fit_table.cpp
 Task describe_fit_global();  // fit_table.cpp
 Task describe_subdivide();   // subdivide_table.cpp
+Task describe_unwrap();      // unwrap_table.cpp
 Task describe_views();       // views_table.cpp
 
 void run_ingest(TaskContext& context);      // ingest.cpp
@@ -17,6 +18,7 @@ void run_align(TaskContext& context);       // align.cpp
 void run_fit_local(TaskContext& context);   // fit_local.cpp
 void run_fit_global(TaskContext& context);  // fit_global.cpp
 void run_subdivide(TaskContext& context);   // subdivide.cpp
+void run_unwrap(TaskContext& context);      // unwrap.cpp
 void run_views(TaskContext& context);       // views.cpp
 
 }  // namespace phiz
