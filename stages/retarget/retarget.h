@@ -8,6 +8,7 @@
 #include "formats/deformation.h"
 #include "formats/motion.h"
 #include "stages/deform/deform.h"
+#include "stages/retarget/track.h"
 
 namespace phiz {
 
