@@ -30,7 +30,10 @@ class CliOptionSet final : public OptionSet {
   }
   void add_texts(const std::string& names, std::vector<std::string>& target,
                  const std::string& doc) override {
-    app_.add_option(names, target, doc)->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    app_.add_option(names, target, doc)
+        ->expected(1)
+        ->allow_extra_args(false)  // what follows is a word of its own: --set a.b=1 SCAN
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   }
   void require(const std::string& names) override { app_.get_option(names)->required(); }
   void add_positional(const std::string& name, std::string& target, const std::string& doc) override {

@@ -11,7 +11,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kCheckpointSeconds = 7 * 86400;  // of work that was not continued
-constexpr double kDamagedSeconds = 30 * 86400;    // of files that were found damaged
+constexpr double kLogSeconds = 90 * 86400;
+constexpr double kDamagedSeconds = 30 * 86400;  // of files that were found damaged
 
 /// What must stay.
 struct Needed {
@@ -146,6 +147,7 @@ class Collector {
     for (const std::string& name : files_.list_folder(layout.objects())) {
       if (name.size() == 2) look_at_folder(layout.objects() / name, "temporary", true, std::max(age, 3600.0));
     }
+    look_at_folder(layout.logs(), "log", false, std::max(age, kLogSeconds));
     look_at_folder(layout.damaged(), "damaged", false, std::max(age, kDamagedSeconds));
     for (const std::string& name : files_.list_folder(layout.checkpoints())) find_checkpoint(name, needed);
   }

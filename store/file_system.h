@@ -70,6 +70,10 @@ class FileSystem {
   /// Only for files that are not ours: nothing in the store is judged by its times.
   virtual std::string find_stamp(const std::filesystem::path&) { return {}; }
 
+  /// Adds bytes at the end of a file, which is made if it is not there. Whole unless the machine fails; not
+  /// durable. For logs.
+  virtual void append(const std::filesystem::path& path, std::span<const std::byte> bytes) = 0;
+
   /// When the file was last written, renamed or linked, by the clock of the disk it lies on; nothing if there
   /// is none or the disk does not tell. Only to be compared with another file's of the same disk.
   virtual std::optional<double> find_change_time_seconds(const std::filesystem::path&) { return {}; }

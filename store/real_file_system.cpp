@@ -207,6 +207,12 @@ class RealFileSystem final : public FileSystem {
     }
   }
 
+  void append(const fs::path& path, std::span<const std::byte> bytes) override {
+    Descriptor file(path, O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW, 0666, "cannot append to");
+    write_all(file.get(), bytes, path);
+    file.close();
+  }
+
   void sync_file(const fs::path& path) override { Descriptor(path, O_RDONLY, 0, "cannot open").sync(); }
 
   void sync_folder(const fs::path& path) override {

@@ -9,6 +9,7 @@ namespace phiz {
 // One file each in this folder. Those of the first group need no stage; those of the second do.
 Command make_fit_command();
 Command make_status_command();
+Command make_log_command();
 Command make_why_command();
 Command make_explain_command();
 Command make_store_command();

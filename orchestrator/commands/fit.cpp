@@ -4,6 +4,7 @@
 #include "formats/error.h"
 #include "orchestrator/commands/commands.h"
 #include "orchestrator/error.h"
+#include "orchestrator/log_reporter.h"
 #include "orchestrator/option_set.h"
 #include "orchestrator/quantity.h"
 #include "orchestrator/run.h"
@@ -169,8 +170,10 @@ int run_fit(const FitArguments& arguments, Session& session) {
   const Store store = session.open_or_create_store();
   LeaseTable leases(store, session.environment().processes);
   const StopFlag& stop = session.environment().stop;
+  RunLog log(store, session.environment().processes.self());
+  LogReporter reporter(session.reporter(), log);
   const auto outcomes =
-      run_subjects(jobs, options, {store, leases, session.pipeline(), head, session.reporter(), stop});
+      run_subjects(jobs, options, {store, leases, session.pipeline(), head, reporter, stop});
   return exit_code_of(outcomes, jobs.size(), stop);
 }
 

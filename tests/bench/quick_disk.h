@@ -21,6 +21,9 @@ class QuickDisk final : public FileSystem {
   void create_file(const std::filesystem::path& path, std::span<const std::byte> bytes, Mode mode) override {
     disk_.create_file(path, bytes, mode);
   }
+  void append(const std::filesystem::path& path, std::span<const std::byte> bytes) override {
+    disk_.append(path, bytes);
+  }
   void sync_file(const std::filesystem::path&) override {}
   void sync_folder(const std::filesystem::path&) override {}
   void rename(const std::filesystem::path& from, const std::filesystem::path& to) override {

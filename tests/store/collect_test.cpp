@@ -139,6 +139,9 @@ TEST_F(Collect, WhatComesToBeNeededMeanwhileIsThereInTheEnd) {
     void create_file(const std::filesystem::path& p, std::span<const std::byte> b, Mode m) override {
       step().create_file(p, b, m);
     }
+    void append(const std::filesystem::path& p, std::span<const std::byte> b) override {
+      step().append(p, b);
+    }
     void sync_file(const std::filesystem::path& p) override { step().sync_file(p); }
     void sync_folder(const std::filesystem::path& p) override { step().sync_folder(p); }
     void rename(const std::filesystem::path& a, const std::filesystem::path& b) override {

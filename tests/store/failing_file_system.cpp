@@ -51,6 +51,11 @@ void FailingFileSystem::create_file(const fs::path& path, std::span<const std::b
   disk_.create_file(path, bytes, mode);
 }
 
+void FailingFileSystem::append(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  step(Effect::kWrites);
+  disk_.append(path, bytes);
+}
+
 void FailingFileSystem::sync_file(const fs::path& path) {
   step(Effect::kWrites);
   disk_.sync_file(path);

@@ -30,6 +30,7 @@ class FailingFileSystem final : public FileSystem {
   std::vector<std::string> list_folder(const std::filesystem::path& path) override;
   bool make_folder(const std::filesystem::path& path) override;
   void create_file(const std::filesystem::path& path, std::span<const std::byte> bytes, Mode mode) override;
+  void append(const std::filesystem::path& path, std::span<const std::byte> bytes) override;
   void sync_file(const std::filesystem::path& path) override;
   void sync_folder(const std::filesystem::path& path) override;
   void rename(const std::filesystem::path& from, const std::filesystem::path& to) override;

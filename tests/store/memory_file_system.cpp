@@ -148,6 +148,15 @@ void MemoryFileSystem::create_file(const fs::path& path, std::span<const std::by
   create(path, bytes);
 }
 
+void MemoryFileSystem::append(const fs::path& path, std::span<const std::byte> bytes) {
+  const std::lock_guard lock(mutex_);
+  if (find_entry(path) == nullptr) create(path, {});
+  File& file = *find_entry(path)->file;
+  if (bytes.size() > free_bytes_) fail(StoreFault::kFull, "no space left for", path);
+  file.bytes.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  file.is_synced = false;
+}
+
 void MemoryFileSystem::sync_file(const fs::path& path) {
   const std::lock_guard lock(mutex_);
   const Entry* entry = find_entry(path);
