@@ -128,6 +128,10 @@ class Annotator {
       if (region.right == region.left) {
         regions[region.right] = join(right, left);
       } else {
+        if (std::any_of(right.begin(), right.end(), [&](int v) { return image(v) == v; })) {
+          throw InvalidInput("region '" + region.right + "' (line " + std::to_string(region.line) +
+                             ") reaches the mirror line: its curves do not close it off");
+        }
         regions[region.right] = right;
         regions[region.left] = left;
       }
@@ -212,7 +216,8 @@ class Annotator {
     std::set<int> inside;
     for (const auto& [edge, curve] : half_.curve_edges) {
       const auto& names = layout_.constrained_curves;
-      if (std::find(names.begin(), names.end(), layout_.curves[curve].name) == names.end()) continue;
+      if (curve < 0 || std::find(names.begin(), names.end(), layout_.curves[curve].name) == names.end())
+        continue;
       for (const int v : {edge.first, edge.second}) inside.insert(v), inside.insert(image(v));
     }
     for (const auto& name : layout_.constrained_regions) {

@@ -15,8 +15,8 @@ namespace phiz {
 ControlMesh unfold(const HalfMesh& half, const std::vector<Eigen::Vector3d>& positions);
 
 /// Regions, landmarks, boxes, bindings, constraints and planes of a layout on the mesh that was unfolded from
-/// `half`. Throws InvalidInput where a region's curves do not close it off from its own mirror image's place
-/// (a region that has both names and reaches the mirror line), and where a seed or landmark is outside.
+/// `half`. Throws InvalidInput where a region with two names reaches the mirror line: its curves do not close
+/// it off.
 void annotate(const Layout& layout, const HalfMesh& half, const SurfaceLookup& surface, ControlMesh& mesh);
 
 }  // namespace phiz

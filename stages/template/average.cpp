@@ -17,14 +17,15 @@ Eigen::Matrix3Xd to_columns(const std::vector<Eigen::Vector3d>& points) {
   return columns;
 }
 
-void put_neck_on_plane(ControlMesh& mesh) {
+/// The neck loop keeps its distance from the plane that cuts necks.
+void keep_neck_at_plane(ControlMesh& mesh, const std::vector<Eigen::Vector3d>& before) {
   const auto plane = mesh.annotations.clipping_planes.find("neck");
   if (plane == mesh.annotations.clipping_planes.end()) return;
   const HalfEdgeMesh connectivity(mesh.triangles, static_cast<int>(mesh.positions.size()));
   const Eigen::Vector3d& normal = plane->second.normal;
   for (int v = 0; v < connectivity.vertex_count(); ++v) {
-    if (!connectivity.is_border_vertex(v)) continue;
-    mesh.positions[v] -= (normal.dot(mesh.positions[v]) - plane->second.offset_mm) * normal;
+    if (connectivity.is_border_vertex(v))
+      mesh.positions[v] += normal.dot(before[v] - mesh.positions[v]) * normal;
   }
 }
 
@@ -72,10 +73,10 @@ ControlMesh average_heads(const ControlMesh& head, std::span<const std::vector<E
   ControlMesh mean = head;
   for (std::size_t v = 0; v < mean.positions.size(); ++v)
     mean.positions[v] = sum.col(static_cast<Eigen::Index>(v));
-  put_neck_on_plane(mean);
+  keep_neck_at_plane(mean, head.positions);
   make_symmetric(mean);
   hold_back_sharp_triangles(mean, head.positions, options.min_angle_deg);
-  separate_crossings(mean);
+  settle(mean, options.min_angle_deg);
   move_boxes(mean, head.positions);
   return mean;
 }

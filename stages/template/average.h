@@ -9,15 +9,15 @@
 namespace phiz {
 
 struct AverageOptions {
-  double min_angle_deg = 15.5;  ///< vertices stay nearer to the head's where a triangle would be sharper
+  double min_angle_deg = 15.2;  ///< vertices stay nearer to the head's where a triangle would be sharper
 };
 
 /// A generic head with the mean shape of subjects that were fitted with it: each is laid on the head (turned
-/// and moved, not scaled), averaged, made mirror-symmetric; the neck loop stays on the plane `neck`,
-/// triangles stay above the angle, and what crosses itself at level 4 is drawn apart. Connectivity, (u,v),
-/// regions and landmarks are the head's; boxes follow the vertices in them. `subjects` hold one position a
-/// vertex, mm. Throws InvalidInput: no subject, another number of vertices, a head without mirror map.
-/// Deterministic.
+/// and moved, not scaled), averaged, made mirror-symmetric; the neck loop keeps its distance from the plane
+/// `neck`, triangles stay above the angle, and what crosses itself at level 4 is drawn apart. Connectivity,
+/// (u,v), regions and landmarks are the head's; boxes follow the vertices in them. `subjects` hold one
+/// position a vertex, mm. Throws InvalidInput: no subject, another number of vertices, a head without mirror
+/// map. Deterministic.
 ControlMesh average_heads(const ControlMesh& head, std::span<const std::vector<Eigen::Vector3d>> subjects,
                           const AverageOptions& options = {});
 

@@ -69,6 +69,8 @@ void improve(HalfMesh& coarse, const SurfaceLookup& lookup, const TemplateOption
   }
 }
 
+constexpr double kSettledAngle_deg = 15.2;  ///< a little above what a head is checked for
+
 ControlMesh build_generic_head(const Layout& layout, const MappedSurface& surface,
                                const TemplateOptions& options) {
   const SurfaceLookup lookup(surface);
@@ -80,7 +82,7 @@ ControlMesh build_generic_head(const Layout& layout, const MappedSurface& surfac
   ControlMesh mesh = unfold(fine, lift(fine, lookup));
   annotate(layout, fine, lookup, mesh);
   fit_limit(mesh, lookup, options.limit);
-  separate_crossings(mesh);
+  settle(mesh, kSettledAngle_deg, options.settle_rounds);
   relax_domain(fine, mesh, options.domain);
   canonicalise_order(mesh);
   return mesh;

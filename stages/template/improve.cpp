@@ -14,6 +14,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kMinArea = 1e-9;  ///< of triangles in the square, doubled
 constexpr double kPi = 3.14159265358979323846;
+constexpr double kRailEnd = 0.1;  ///< share of a rail that a vertex keeps from its neighbours
 
 double doubled_area(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
@@ -89,7 +90,8 @@ class Flipper {
   double valence_cost(int v, int change) const {
     const auto& vertex = mesh_.vertices[v];
     const int regular = vertex.on_neck() || vertex.on_mirror() ? 4 : 6;
-    const double off = valence_[v] + change - regular;
+    const double off =
+        (vertex.on_mirror() ? 2.0 : 1.0) * (valence_[v] + change - regular);  // of the whole mesh
     if (options_.bounds_weight == 0) return off * off;
     const double excess = valence_excess(vertex, valence_[v] + change);
     return off * off + options_.bounds_weight * excess * excess;
@@ -187,7 +189,7 @@ class Relaxer {
     return sum;
   }
 
-  /// Along the vertex's rail, within its middle half.
+  /// Along the vertex's rail, off its ends.
   void slide(int v) {
     auto& vertex = mesh_.vertices[v];
     const auto cost_at = [&](double t, Eigen::Vector2d& uv) {
@@ -198,7 +200,7 @@ class Relaxer {
     Eigen::Vector2d uv;
     double best = cost_at(vertex.rail->parameter, uv);
     for (const double step : {0.08, -0.08, 0.02, -0.02, 0.005, -0.005}) {
-      const double t = std::clamp(vertex.rail->parameter + step, 0.2, 0.8);
+      const double t = std::clamp(vertex.rail->parameter + step, kRailEnd, 1 - kRailEnd);
       const double there = cost_at(t, uv);
       if (there < best) best = there, vertex.rail->parameter = t, vertex.uv = uv;
     }

@@ -23,7 +23,10 @@ struct Statement {
   Words words;
   int line = 0;
 
-  [[noreturn]] void fail(const std::string& what) const {
+  [[noreturn]] void fail(std::string what) const {
+    for (char& c : what) {
+      if (static_cast<unsigned char>(c) < ' ') c = '?';
+    }
     throw FormatError(what + " (line " + std::to_string(line) + ")");
   }
   const std::string& word(std::size_t idx) const {
@@ -44,6 +47,16 @@ struct Statement {
     const char first = words[idx][0];
     return (first >= '0' && first <= '9') || first == '-' || first == '.';
   }
+  /// A word that files of annotations take as a name.
+  const std::string& name(std::size_t idx) const {
+    const std::string& text = word(idx);
+    const bool good = std::all_of(text.begin(), text.end(), [](unsigned char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+             c == '-' || c == '.';
+    });
+    if (!good) fail("names have only letters, digits, '_', '-' and '.'");
+    return text;
+  }
   void expect_size(std::size_t size) const {
     if (words.size() != size)
       fail("'" + words[0] + "' has " + std::to_string(words.size() - 1) + " words, not " +
@@ -55,7 +68,8 @@ class Parser {
  public:
   Layout parse(std::istream& in) {
     std::string line;
-    for (int number = 1; std::getline(in, line); ++number) {
+    int number = 1;
+    for (; std::getline(in, line); ++number) {
       Statement statement;
       statement.line = number;
       if (line.size() > kMaxLine) statement.fail("line is too long");
@@ -64,7 +78,7 @@ class Parser {
       if (!statement.words.empty()) dispatch(statement);
     }
     if (in.bad()) throw FormatError("cannot be read");
-    if (layout_.points.empty()) throw FormatError("no points");
+    if (layout_.points.empty()) throw FormatError("no points (line " + std::to_string(number) + ")");
     return std::move(layout_);
   }
 
@@ -161,10 +175,10 @@ class Parser {
 
   void add_region(const Statement& s) {
     Layout::Region region;
-    region.right = region.left = s.word(1);
+    region.right = region.left = s.name(1);
     region.line = s.line;
     std::size_t k = 2;
-    if (s.word(2) != "at" && s.word(2) != "also") region.left = s.word(k++);
+    if (s.word(2) != "at" && s.word(2) != "also") region.left = s.name(k++);
     if (has_region(region.right) || has_region(region.left))
       s.fail("region '" + s.word(1) + "' is there already");
     if (k < s.words.size() && s.words[k] == "at") {
@@ -188,10 +202,10 @@ class Parser {
 
   void add_landmark(const Statement& s) {
     Layout::Landmark mark;
-    mark.right = mark.left = s.word(1);
+    mark.right = mark.left = s.name(1);
     mark.line = s.line;
     if (s.words.size() == 5)
-      mark.left = s.word(2);
+      mark.left = s.name(2);
     else
       s.expect_size(4);
     mark.uv = half_uv(s, s.words.size() - 2);
@@ -200,10 +214,10 @@ class Parser {
 
   void add_box(const Statement& s) {
     Layout::Box box;
-    box.right = box.left = s.word(1);
+    box.right = box.left = s.name(1);
     box.line = s.line;
     if (s.words.size() == 5)
-      box.left = s.word(2);
+      box.left = s.name(2);
     else
       s.expect_size(4);
     box.region = s.word(s.words.size() - 2);
@@ -232,7 +246,7 @@ class Parser {
     s.expect_size(5);
     Eigen::Vector3d normal(0, s.number(2), s.number(3));
     if (normal.norm() < 1e-6) s.fail("the plane has no normal");
-    layout_.planes[s.word(1)] = {normal.normalized(), s.number(4)};
+    layout_.planes[s.name(1)] = {normal.normalized(), s.number(4)};
   }
 
   void add_scale(const Statement& s) {

@@ -1,9 +1,11 @@
 #include "stages/template/separate.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "stages/geometry/normals.h"
 #include "stages/subdivide/subdivide.h"
+#include "stages/template/improve.h"
 #include "stages/template/self_intersection.h"
 #include "stages/template/tidy.h"
 
@@ -42,6 +44,19 @@ int separate_crossings(ControlMesh& mesh, const SeparateOptions& options) {
       mesh.positions[image] = {-p[0], p[1], p[2]};
     }
   }
+}
+
+bool settle(ControlMesh& mesh, double min_angle_deg, int max_rounds) {
+  for (int round = 0; round < max_rounds; ++round) {
+    SeparateOptions options;
+    if (round > 0) options.max_rounds = 6;  // only what the widening brought about
+    const bool is_apart = separate_crossings(mesh, options) == 0;
+    const auto angles = min_angles_deg(mesh.positions, mesh.triangles);
+    const double sharpest = *std::min_element(angles.begin(), angles.end());
+    if (sharpest >= min_angle_deg) return is_apart;
+    widen_sharp_triangles(mesh, min_angle_deg);
+  }
+  return false;
 }
 
 }  // namespace phiz

@@ -14,4 +14,8 @@ struct SeparateOptions {
 /// itself (lips that touch). Symmetric. Returns the number of crossing pairs that are left.
 int separate_crossings(ControlMesh& mesh, const SeparateOptions& options = {});
 
+/// separate_crossings and widen_sharp_triangles in turn, until neither has anything to do. Whether that was
+/// reached.
+bool settle(ControlMesh& mesh, double min_angle_deg, int max_rounds = 6);
+
 }  // namespace phiz

@@ -25,6 +25,7 @@ struct TemplateOptions {
   int coarse_rounds = 8;  ///< of flips and relaxation, before the triangles are split
   int coarse_sweeps = 5;  ///< of relaxation in each round
   int relax_sweeps = 80;  ///< after the split
+  int settle_rounds = 6;  ///< of separating what crosses itself and widening what is sharp
   LimitFitOptions limit;  ///< rounds = 0 leaves the control vertices on the surface
   DomainOptions domain;
 };

@@ -19,4 +19,8 @@ void make_symmetric(ControlMesh& mesh);
 bool hold_back_sharp_triangles(ControlMesh& mesh, const std::vector<Eigen::Vector3d>& start,
                                double min_angle_deg);
 
+/// Moves vertices of triangles whose smallest angle is below `min_angle_deg` along the surface, by little,
+/// both sides alike, until it is not or nothing helps.
+void widen_sharp_triangles(ControlMesh& mesh, double min_angle_deg);
+
 }  // namespace phiz
