@@ -139,7 +139,7 @@ Command make_track_command() {
     options.add_number("--fps", arguments->fps, "frames a second of the scans (default 30)");
     options.add_text("--frame", arguments->frame,
                      "the scans' frame: scan (as the subject's own scan; default) or head");
-    options.add_integer("--points", arguments->points, "points of a scan that are looked at (default 20000)");
+    options.add_integer("--points", arguments->points, "points of a scan that are looked at (default 40000)");
     options.add_text("--template", arguments->head, "the generic head's .obj, its .json beside it");
     return [arguments](Session& session) {
       int code = kExitDone;

@@ -18,14 +18,13 @@ using Eigen::Vector3f;
 constexpr double kStep = 0.02;        ///< of central differences in a control
 constexpr std::size_t kFewest = 500;  ///< matches that make a frame
 
-/// Triangles of the level whose control triangle lies in the face and not in what scans badly.
-std::vector<Eigen::Vector3i> face_triangles(const ControlMesh& head, const NeutralMaker& maker) {
+/// Triangles of the level but for those in a control triangle that scans badly or moves with the body.
+std::vector<Eigen::Vector3i> tracked_triangles(const ControlMesh& head, const NeutralMaker& maker) {
   const auto& regions = head.annotations.regions;
-  if (!regions.contains("face")) throw InvalidInput("the generic head has no region 'face'");
-  std::vector<int> use(head.positions.size(), 0);
-  for (const int v : regions.at("face")) use[v] = 1;
-  for (const char* name : {"eyes", "nostrils", "inner_mouth", "scalp", "ears"}) {
-    if (!regions.contains(name)) continue;
+  std::vector<int> use(head.positions.size(), 1);
+  for (const char* name : {"eyes", "nostrils", "inner_mouth", "scalp", "neck"}) {
+    if (!regions.contains(name))
+      throw InvalidInput("the generic head has no region '" + std::string(name) + "'");
     for (const int v : regions.at(name)) use[v] = 0;
   }
   std::vector<Eigen::Vector3i> triangles;
@@ -42,6 +41,10 @@ struct Match {
   Vector3d weights, normal, point;  ///< normal of the posed triangle, point in the head frame
   double distance = 0;              ///< along the normal, from surface to point
 };
+
+double square(double x) {
+  return x * x;
+}
 
 double tukey(double residual, double scale) {
   const double r = residual / scale;
@@ -123,7 +126,21 @@ struct Tracker::Impl {
     return matches;
   }
 
-  /// One Gauss-Newton step; returns the root mean square residual of what counts.
+  /// How far the surface comes towards a matched point for each unknown.
+  template <typename Column>
+  void fill_row(const Match& m, const std::vector<std::vector<Vector3f>>& slope, Column row) const {
+    const Eigen::Vector3i& corners = triangles[m.triangle];
+    const auto n = static_cast<Eigen::Index>(controls.size());
+    for (Eigen::Index k = 0; k < n; ++k) {
+      Vector3d way = Vector3d::Zero();
+      for (int c = 0; c < 3; ++c) way += m.weights[c] * slope[k][corners[c]].cast<double>();
+      row[k] = m.normal.dot(way);
+    }
+    row.template segment<3>(n) = m.point.cross(m.normal);
+    row.template tail<3>() = m.normal;
+  }
+
+  /// One Gauss-Newton step.
   void step(std::span<const Vector3f> points, double reach, const Eigen::VectorXd& last, Eigen::VectorXd& q) {
     const std::vector<Vector3f> face = pose(q);
     const std::vector<Match> matches = match(face, points, reach);
@@ -136,32 +153,25 @@ struct Tracker::Impl {
     const double noise = std::max(options.least_noise_mm, 1.4826 * sizes[sizes.size() / 2]);
     const std::vector<std::vector<Vector3f>> slope = slopes(q);
     const auto n = static_cast<Eigen::Index>(controls.size());
-    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(n + 6, n + 6);
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(n + 6), row(n + 6);
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(n + 6, static_cast<Eigen::Index>(matches.size()));
+    Eigen::VectorXd rest = Eigen::VectorXd::Zero(rows.cols());
     double squares = 0, weights = 0;
-    for (const Match& m : matches) {
+    for (Eigen::Index i = 0; i < rows.cols(); ++i) {
+      const Match& m = matches[static_cast<std::size_t>(i)];
       const double weight = tukey(m.distance, 4.685 * noise);
       if (weight == 0) continue;
-      const Eigen::Vector3i& corners = triangles[m.triangle];
-      for (Eigen::Index k = 0; k < n; ++k) {
-        Vector3d way = Vector3d::Zero();
-        for (int c = 0; c < 3; ++c) way += m.weights[c] * slope[k][corners[c]].cast<double>();
-        row[k] = m.normal.dot(way);
-      }
-      row.segment<3>(n) = m.point.cross(m.normal);
-      row.tail<3>() = m.normal;
-      normal.selfadjointView<Eigen::Lower>().rankUpdate(row, weight);
-      right += weight * m.distance * row;
+      fill_row(m, slope, rows.col(i));
+      rows.col(i) *= std::sqrt(weight);
+      rest[i] = std::sqrt(weight) * m.distance;
       squares += weight * m.distance * m.distance;
       weights += weight;
     }
-    normal = normal.selfadjointView<Eigen::Lower>();
-    const double unit = noise * noise * weights * 1e-2;  // pulls are shares of a hundredth of the points
+    Eigen::MatrixXd normal = rows * rows.transpose();
+    Eigen::VectorXd right = rows * rest;
     for (Eigen::Index k = 0; k < n; ++k) {
-      const double rest = unit * options.pull_to_neutral * options.pull_to_neutral;
-      const double keep = unit * options.pull_to_last * options.pull_to_last;
-      normal(k, k) += rest + keep + 1e-9;
-      right[k] += -rest * q[k] + keep * (last[k] - q[k]);
+      const double still = square(noise / options.neutral_sigma), keep = square(noise / options.last_sigma);
+      normal(k, k) += still + keep;
+      right[k] += -still * q[k] + keep * (last[k] - q[k]);
     }
     Eigen::VectorXd low = Eigen::VectorXd::Constant(n + 6, -1e3), high = -low;
     low.head(n) = -q;
@@ -188,7 +198,7 @@ Tracker::Tracker(const Deformation& rig, const ControlMesh& generic_head, const 
   impl_->rig.parameters = rig.parameters;
   impl_->rig.controls = rig.controls;
   std::vector<int> number(impl_->neutral.positions.size(), -1);
-  for (Eigen::Vector3i triangle : face_triangles(generic_head, maker)) {
+  for (Eigen::Vector3i triangle : tracked_triangles(generic_head, maker)) {
     for (int c = 0; c < 3; ++c) {
       if (number[triangle[c]] < 0) {
         number[triangle[c]] = static_cast<int>(impl_->vertices.size());
