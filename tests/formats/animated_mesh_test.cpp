@@ -40,7 +40,7 @@ std::vector<Value> values_of(const nlohmann::json& document, const GlbChunks& ch
   const nlohmann::json& view = document["bufferViews"][view_idx.get<std::size_t>()];
   EXPECT_EQ(view["byteLength"].get<std::size_t>(), count * sizeof(Value));
   std::vector<Value> values(count);
-  std::memcpy(values.data(), chunks.bin.data() + view["byteOffset"].get<std::size_t>(),
+  std::memcpy(static_cast<void*>(values.data()), chunks.bin.data() + view["byteOffset"].get<std::size_t>(),
               count * sizeof(Value));
   return values;
 }
