@@ -27,6 +27,7 @@ GlobalFitOptions read_options(TaskContext& context, const ControlMesh& head) {
   options.reach_mm_first = context.number("reach_mm_first");
   options.reach_mm_last = context.number("reach_mm_last");
   options.slide_weight = context.number("slide_weight");
+  options.stretch_weight = context.number("stretch_weight");
   options.neck_weight = context.number("neck_weight");
   const auto neck = head.annotations.clipping_planes.find("neck");
   if (neck == head.annotations.clipping_planes.end()) {

@@ -32,6 +32,8 @@ std::vector<Parameter> describe_energies() {
       number("reach_mm_first", defaults.reach_mm_first, kLength, "mm", "farther first matches are refused"),
       number("reach_mm_last", defaults.reach_mm_last, kLength, "mm", "farther last matches are refused"),
       number("slide_weight", defaults.slide_weight, {0, 1}, "", "share of E_dist along the surface"),
+      number("stretch_weight", defaults.stretch_weight, kWeight, "",
+             "share of lambda that resists stretching in the region `face`"),
       number("neck_weight", defaults.neck_weight, kWeight, "", "draws the neck loop to the neck plane"),
       number("neck_margin_mm", 1.0, {-100, 100}, "mm", "how far below the neck plane the loop is drawn")};
 }
@@ -64,7 +66,7 @@ Task describe_fit_global() {
   task.name = "fit_global";
   task.doc = "the whole control mesh drawn onto the scan, coarse to fine";
   task.source = "Jeong et al. 2002, 4.3";
-  task.version = 1;
+  task.version = 2;
   task.inputs = {output_of("ingest", "cloud.vdb"), output_of("ingest", "ingest.json"),
                  output_of("fit_local", "local.obj"), template_mesh_input(), template_annotations_input()};
   task.outputs = {"control.obj", "fit_global.json"};

@@ -53,8 +53,9 @@ struct GlobalFitOptions {
   double constraint_weight = 0.5;  ///< nu: inner lips follow their surroundings
   double normal_weight_mm_first = 25.0, normal_weight_mm_last = 10.0;  ///< normals in the search for matches
   double reach_mm_first = 20.0, reach_mm_last = 3.0;                   ///< farther matches are refused
-  double slide_weight = 0.1;  ///< share of E_dist that also acts along the surface
-  double neck_weight = 0.02;  ///< draws the neck loop to the plane below; 50 times that in the soft rounds
+  double slide_weight = 0.1;      ///< share of E_dist that also acts along the surface
+  double stretch_weight = 0.007;  ///< share of lambda against stretching of the region `face`; stiff rounds
+  double neck_weight = 0.05;  ///< draws the neck loop to the plane below; 50 times that in the soft rounds
   std::optional<Plane> neck;  ///< where the scan is cut at the neck (head frame)
 };
 
@@ -82,8 +83,8 @@ using GlobalFitProgress = std::function<bool(const GlobalFitState&)>;
 /// Butterfly is linear in the control vertices), point to plane with a Geman-McClure weight; matches look for
 /// like normals; rims of holes are refused; E_smooth is the thin-plate energy of the displacement from the
 /// start, in the soft rounds from the shape reached before: first features find their places by stiff
-/// motions, then the surface gives way along its normals. `resume` goes on from a checkpoint and ends in the
-/// same bytes as an uninterrupted run. Deterministic.
+/// motions, then the surface gives way along its normals. At the end folds are laid flat (folds.h). `resume`
+/// goes on from a checkpoint and ends in the same bytes as an uninterrupted run. Deterministic.
 GlobalFitResult fit_global(const ScanSurface& scan, const ControlMesh& generic_head,
                            const SubdivisionHierarchy& hierarchy, const ControlPositions& start,
                            const GlobalFitOptions& options = {}, const GlobalFitState* resume = nullptr,

@@ -5,6 +5,7 @@
 
 #include "stages/fit/deformation_system.h"
 #include "stages/fit/fit.h"
+#include "stages/fit/folds.h"
 #include "stages/geometry/error.h"
 #include "stages/geometry/half_edge.h"
 #include "stages/geometry/normals.h"
@@ -47,7 +48,6 @@ RoundSettings settings_of(const GlobalFitOptions& o, int round) {
 }
 
 constexpr double kUnfoldWeight = 10.0;  ///< lambda at folded places
-constexpr double kLeastTurnDot = 0.1;   ///< a triangle turned by more than 84 degrees is folded
 constexpr double kSoftHold = 5.0;       ///< how much harder soft rounds hold samples against sliding
 
 class GlobalFit {
@@ -66,6 +66,7 @@ class GlobalFit {
       measurable_[level - 1] = find_measurable(samples_[level - 1]);
     }
     const HalfEdgeMesh mesh(head.triangles, static_cast<int>(head.positions.size()));
+    face_edges_ = find_face_edges();
     for (const auto& loop : mesh.border_loops()) border_.insert(border_.end(), loop.begin(), loop.end());
     systems_[0] = std::make_unique<DeformationSystem>(samples_[0], laplacian_);
     systems_[1] = std::make_unique<DeformationSystem>(samples_[1], laplacian_);
@@ -82,12 +83,30 @@ class GlobalFit {
     return energy;
   }
 
+  /// Lays flat what is still folded.
+  void lay_flat(Positions& x) const { lay_folds_flat({hierarchy_, samples_, laplacian_, rest_}, x); }
+
   /// Matches `x` as a round would: what the two below tell.
   void measure(const Positions& x, const RoundSettings& s) { match(x, s, *systems_[s.level - 1]); }
   double mean_distance_mm() const { return mean_distance_mm_; }
   double matched_share() const { return matched_share_; }
 
  private:
+  /// Edges inside the region `face`, each once.
+  std::vector<std::pair<int, int>> find_face_edges() const {
+    const auto face = head_.annotations.regions.find("face");
+    if (face == head_.annotations.regions.end()) return {};
+    std::vector<char> inside(head_.positions.size(), 0);
+    for (const int v : face->second) inside[v] = 1;
+    std::vector<std::pair<int, int>> edges;
+    for (const Eigen::Vector3i& t : head_.triangles)
+      for (int i = 0; i < 3; ++i) {
+        const int a = t[i], b = t[(i + 1) % 3];
+        if (a < b && inside[a] && inside[b]) edges.emplace_back(a, b);
+      }
+    return edges;
+  }
+
   /// Samples that hang on constrained vertices (inner lips) are not measured.
   std::vector<char> find_measurable(const StencilMatrix& samples) const {
     std::vector<char> constrained(head_.positions.size(), 0);
@@ -151,28 +170,16 @@ class GlobalFit {
     system.smooth_weights = Eigen::VectorXd::Constant(round_start.rows(), s.smooth);
     for (const int v : head_.annotations.constrained_vertices)
       system.smooth_weights[v] += options_.constraint_weight;
-    for (const int v : find_folded(x)) system.smooth_weights[v] += kUnfoldWeight;
+    const std::vector<Eigen::Vector3i>& triangles = head_.triangles;
+    std::vector<char> folded(head_.positions.size(), 0);
+    for (const int t : find_folded({hierarchy_, {}, laplacian_, rest_}, x))
+      for (const int v : triangles[t]) folded[v] = 1;
+    for (std::size_t v = 0; v < folded.size(); ++v) system.smooth_weights[v] += kUnfoldWeight * folded[v];
     if (s.soft) {
       system.delta = laplacian_ * round_start;
     } else {
       system.delta = rest_bend_;
     }
-  }
-
-  /// Vertices of triangles that face away from where they faced at the start: they are to be straightened.
-  std::vector<int> find_folded(const Positions& x) const {
-    const auto normal = [](const Positions& p, const Eigen::Vector3i& t) -> Eigen::Vector3d {
-      const Eigen::Vector3d a = p.row(t[0]).transpose(), b = p.row(t[1]).transpose(),
-                            c = p.row(t[2]).transpose();
-      return (b - a).cross(c - a).normalized();
-    };
-    std::vector<int> folded;
-    for (const auto& t : head_.triangles)
-      if (normal(x, t).dot(normal(rest_, t)) < kLeastTurnDot)
-        folded.insert(folded.end(), t.data(), t.data() + 3);
-    std::sort(folded.begin(), folded.end());
-    folded.erase(std::unique(folded.begin(), folded.end()), folded.end());
-    return folded;
   }
 
   void add_constraints(const Positions& round_start, const RoundSettings& s,
@@ -181,6 +188,10 @@ class GlobalFit {
     system.pair_terms.clear();
     for (const auto& [a, b] : head_.annotations.binding_edges)
       system.pair_terms.push_back({a, b, (shape.row(a) - shape.row(b)).transpose(), options_.binding_weight});
+    const double stretch_weight = options_.stretch_weight * s.smooth;
+    for (const auto& [a, b] : face_edges_)
+      if (!s.soft)
+        system.pair_terms.push_back({a, b, (shape.row(a) - shape.row(b)).transpose(), stretch_weight});
     system.plane_terms.clear();
     if (!options_.neck) return;
     for (const int v : border_)
@@ -194,6 +205,7 @@ class GlobalFit {
   StencilMatrix laplacian_;
   Positions rest_, rest_bend_;
   std::vector<int> border_;
+  std::vector<std::pair<int, int>> face_edges_;
   StencilMatrix samples_[2];
   std::vector<char> measurable_[2];
   std::unique_ptr<DeformationSystem> systems_[2];
@@ -246,6 +258,7 @@ GlobalFitResult fit_global(const ScanSurface& scan, const ControlMesh& generic_h
     }
     if (progress && !progress(state)) break;
   }
+  if (state.round == options.rounds + options.soft_rounds) fit.lay_flat(x);
   // At the end and not in the last step: a fit resumed behind its last step has made none.
   fit.measure(x, settings_of(options, std::min(state.round, options.rounds + options.soft_rounds - 1)));
   check_result(fit, state, start, generic_head.triangles);

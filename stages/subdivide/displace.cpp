@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::size_t kMeasureGrain = 256;
 constexpr double kLargestDisplacementMm = 1e6;  ///< beyond it, or not a number: not measured
+constexpr double kLeastTurnDot = 0.5;           ///< displacement turns no triangle by more than 60 degrees
 constexpr std::uint8_t kMeasuredFully = 255, kBridgedConfidence = 128;
 
 /// The field as measured, and the confidences of what was.
@@ -109,6 +110,7 @@ DisplacedSurface displace(const SubdivisionHierarchy& hierarchy,
     reject_spikes(graph, options.max_slope, measured.field);
     cap_slopes(graph, options.max_slope, measured.field);
     bridge_gaps(graph, rings, measured.field);
+    limit_turns(hierarchy.triangles(level), surface.positions, normals, kLeastTurnDot, measured.field);
 
     std::vector<float> displacements(surface.positions.size(), 0.0f);
     for (std::size_t i = 0; i < normals.size(); ++i)

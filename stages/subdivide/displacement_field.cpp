@@ -1,5 +1,6 @@
 #include "stages/subdivide/displacement_field.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,6 +15,7 @@ namespace {
 constexpr std::size_t kGrain = 4096;
 constexpr int kSlopeRounds = 12;
 constexpr int kBridgeRounds = 60;
+constexpr int kTurnRounds = 6;
 
 DisplacementGraph build_control_graph(const SubdivisionHierarchy& hierarchy,
                                       const std::vector<Eigen::Vector3d>& positions) {
@@ -124,7 +126,8 @@ void cap_slopes(const DisplacementGraph& graph, double max_slope, DisplacementFi
   for (int round = 0; round < kSlopeRounds && !active.empty(); ++round) {
     const auto excess_at = [&](int v, int i) {
       const int n = graph.neighbours[i];
-      return measured(n) ? excess(field.values[v], field.values[n], max_slope * graph.lengths[i]) : 0.0;
+      const bool counts = measured(n) || field.states[n] == DisplacementField::kHeld;
+      return counts ? excess(field.values[v], field.values[n], max_slope * graph.lengths[i]) : 0.0;
     };
     std::vector<int> offenders;
     for (const int v : active) {
@@ -197,6 +200,36 @@ void bridge_gaps(const DisplacementGraph& graph, int rings, DisplacementField& f
     }
     for (std::size_t g = 0; g < gap.size(); ++g) field.values[gap[g]] = next[g];
     if (largest_change <= 1e-4 * largest) break;
+  }
+}
+
+void limit_turns(std::span<const Eigen::Vector3i> triangles, std::span<const Eigen::Vector3d> positions,
+                 std::span<const Eigen::Vector3d> normals, double least_turn_dot, DisplacementField& field) {
+  const int first = static_cast<int>(positions.size() - normals.size());
+  const auto displaced = [&](int v) -> Eigen::Vector3d {
+    return v < first ? positions[v] : positions[v] + field.values[v - first] * normals[v - first];
+  };
+  std::vector<char> turned(triangles.size());
+  for (int round = 0; round < kTurnRounds; ++round) {
+    parallel_for(triangles.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t t = begin; t < end; ++t) {
+        const int a = triangles[t][0], b = triangles[t][1], c = triangles[t][2];
+        const Eigen::Vector3d before = (positions[b] - positions[a]).cross(positions[c] - positions[a]);
+        const Eigen::Vector3d at = displaced(a);
+        const Eigen::Vector3d after = (displaced(b) - at).cross(displaced(c) - at);
+        turned[t] = before.dot(after) < least_turn_dot * before.norm() * after.norm();
+      }
+    });
+    std::vector<char> shrink(normals.size(), 0);
+    bool any = false;
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      if (!turned[t]) continue;
+      for (const int v : triangles[t])
+        if (v >= first && field.values[v - first] != 0) shrink[v - first] = any = true;
+    }
+    if (!any) return;
+    for (std::size_t i = 0; i < shrink.size(); ++i)
+      if (shrink[i]) field.values[i] *= round + 1 < kTurnRounds ? 0.5 : 0.0;
   }
 }
 

@@ -41,7 +41,7 @@ struct DisplacementField {
 void reject_spikes(const DisplacementGraph& graph, double max_slope, DisplacementField& field);
 
 /// Relaxes measured values until neighbours differ by at most max_slope times their distance, and a value
-/// from the old vertices beside it by the same. Of two that are too far apart the one with more such
+/// from held and old vertices beside it by the same. Of two that are too far apart the one with more such
 /// neighbours moves more, so that a spike gives way and its surroundings hardly do. Fixed rounds in fixed
 /// order.
 void cap_slopes(const DisplacementGraph& graph, double max_slope, DisplacementField& field);
@@ -49,5 +49,11 @@ void cap_slopes(const DisplacementGraph& graph, double max_slope, DisplacementFi
 /// Gives unknown vertices within `rings` edges of a measured one the harmonic extension of what surrounds
 /// them: the measured values on one side, 0 beyond the rings and on held vertices. They become kBridged.
 void bridge_gaps(const DisplacementGraph& graph, int rings, DisplacementField& field);
+
+/// Halves the values at triangles that displacement would turn by more than acos(least_turn_dot), again and
+/// again, at last to 0: where they are in conflict with a fold of the surface, detail gives way. `positions`
+/// are the level's undisplaced ones, `normals` those of its last vertices, which the field displaces.
+void limit_turns(std::span<const Eigen::Vector3i> triangles, std::span<const Eigen::Vector3d> positions,
+                 std::span<const Eigen::Vector3d> normals, double least_turn_dot, DisplacementField& field);
 
 }  // namespace phiz

@@ -49,12 +49,8 @@ int count_folds(const ControlPositions& a, const ControlPositions& b) {
   const auto normal = [](const ControlPositions& p, const Eigen::Vector3i& t) -> Eigen::Vector3d {
     return (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]);
   };
-  std::vector<char> left_out(a.size(), 0);
-  for (const char* region : {"eyelids", "eyes"})
-    for (const int v : generic_head().annotations.regions.at(region)) left_out[v] = 1;
   int folds = 0;
-  for (const auto& t : generic_head().triangles)
-    folds += !left_out[t[0]] && !left_out[t[1]] && !left_out[t[2]] && normal(a, t).dot(normal(b, t)) < 0;
+  for (const auto& t : generic_head().triangles) folds += normal(a, t).dot(normal(b, t)) < 0;
   return folds;
 }
 

@@ -12,8 +12,7 @@ const SubdivisionHierarchy& generic_hierarchy();  ///< two levels
 /// `count` points by area on the surface of level 2 over `control`, with the normals of the triangles.
 PointCloud sample_surface(const ControlPositions& control, int count);
 
-/// Triangles outside the eyelids and eyes that are turned by more than 90 degrees from `b` to `a`. (The thin
-/// triangles between the lids may fold; README of the stage, weak points.)
+/// Triangles that are turned by more than 90 degrees from `b` to `a`.
 int count_folds(const ControlPositions& a, const ControlPositions& b);
 
 double mean_distance(const ControlPositions& a, const ControlPositions& b);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 #include "stages/subdivide/level_surface.h"
@@ -159,6 +160,55 @@ TEST(DisplacementField, HeldVerticesStopABridge) {
     } else if (v % (n + 1) == 1) {
       EXPECT_NEAR(field.values[v], 1.5, 0.5);
     }
+}
+
+/// A flat grid with its normals, all of whose vertices are displaced.
+struct FlatGrid {
+  explicit FlatGrid(int n)
+      : mesh(test::open_grid(n, n)), normals(mesh.vertex_count(), Eigen::Vector3d::UnitZ()) {
+    for (const Eigen::Vector3f& p : mesh.positions) positions.push_back(n * p.cast<double>());
+  }
+  double least_turn_dot(const DisplacementField& field) const {
+    double least = 1;
+    for (const Eigen::Vector3i& t : mesh.triangles) {
+      Eigen::Vector3d at[3];
+      for (int k = 0; k < 3; ++k) at[k] = positions[t[k]] + field.values[t[k]] * normals[t[k]];
+      const Eigen::Vector3d before =
+          (positions[t[1]] - positions[t[0]]).cross(positions[t[2]] - positions[t[0]]).normalized();
+      least = std::min(least, (at[1] - at[0]).cross(at[2] - at[0]).normalized().dot(before));
+    }
+    return least;
+  }
+  TriangleMesh mesh;
+  std::vector<Eigen::Vector3d> positions, normals;
+};
+
+TEST(DisplacementField, TurnsWithinTheLimitAreLeft) {
+  const FlatGrid grid(8);
+  DisplacementField field =
+      field_of(static_cast<int>(grid.mesh.vertex_count()), 0, DisplacementField::kMeasured);
+  for (double& value : field.values) value = test::random().uniform(-0.3, 0.3);
+  const std::vector<double> before = field.values;
+  limit_turns(grid.mesh.triangles, grid.positions, grid.normals, 0.5, field);
+  EXPECT_EQ(field.values, before);
+}
+
+TEST(DisplacementField, NoTriangleTurnsBeyondTheLimitAndFarVerticesStay) {
+  const FlatGrid grid(12);
+  for (int trial = 0; trial < 20; ++trial) {
+    DisplacementField field =
+        field_of(static_cast<int>(grid.mesh.vertex_count()), 0, DisplacementField::kMeasured);
+    for (double& value : field.values) value = test::random().uniform(-0.1, 0.1);
+    const int spike = static_cast<int>(test::random().below(field.values.size()));
+    field.values[spike] = test::random().uniform(-20, 20);
+    const std::vector<double> before = field.values;
+    limit_turns(grid.mesh.triangles, grid.positions, grid.normals, 0.5, field);
+    EXPECT_GE(grid.least_turn_dot(field), 0.5 - 1e-12);
+    for (std::size_t v = 0; v < before.size(); ++v)
+      if ((grid.positions[v] - grid.positions[spike]).norm() > 4) {
+        EXPECT_EQ(field.values[v], before[v]);
+      }
+  }
 }
 
 }  // namespace

@@ -1,0 +1,94 @@
+#include "stages/fit/folds.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+
+#include "stages/geometry/error.h"
+
+namespace phiz {
+namespace {
+
+using Positions = FoldSearch::Positions;
+
+constexpr double kLeastTurnDot = 0.1;  ///< a triangle turned by more than 84 degrees is folded
+
+Eigen::Vector3d facet_normal(const Positions& p, const Eigen::Vector3i& t) {
+  const Eigen::RowVector3d a = p.row(t[0]);
+  return (p.row(t[1]) - a).cross(p.row(t[2]) - a).normalized().transpose();
+}
+
+void widen(const std::vector<Eigen::Vector3i>& triangles, std::vector<char>& free) {
+  const std::vector<char> before = free;
+  for (const Eigen::Vector3i& t : triangles)
+    if (before[t[0]] || before[t[1]] || before[t[2]]) free[t[0]] = free[t[1]] = free[t[2]] = 1;
+}
+
+/// The displacement of free vertices with the least bending, all others given.
+void smooth_displacement(const StencilMatrix& bending, const Positions& rest, const std::vector<char>& free,
+                         Positions& x) {
+  std::vector<int> unknown(free.size(), -1), vertices;
+  for (std::size_t v = 0; v < free.size(); ++v)
+    if (free[v]) unknown[v] = static_cast<int>(vertices.size()), vertices.push_back(static_cast<int>(v));
+  const Eigen::Index count = static_cast<Eigen::Index>(vertices.size());
+  std::vector<Eigen::Triplet<double>> entries;
+  Positions right = Positions::Zero(count, 3);
+  for (Eigen::Index row = 0; row < count; ++row)
+    for (StencilMatrix::InnerIterator it(bending, vertices[row]); it; ++it) {
+      if (unknown[it.col()] >= 0) {
+        entries.emplace_back(row, unknown[it.col()], it.value());
+      } else {
+        right.row(row) -= it.value() * (x.row(it.col()) - rest.row(it.col()));
+      }
+    }
+  Eigen::SparseMatrix<double> matrix(count, count);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(matrix);
+  if (solver.info() != Eigen::Success) return;  // everything is free: nothing to go by
+  const Positions displacement = solver.solve(right);
+  for (Eigen::Index row = 0; row < count; ++row)
+    x.row(vertices[row]) = rest.row(vertices[row]) + displacement.row(row);
+}
+
+}  // namespace
+
+std::vector<int> find_folded(const FoldSearch& surface, const Positions& x) {
+  std::vector<char> folded(surface.hierarchy.triangles(0).size(), 0);
+  const auto mark = [&](const Positions& at, const Positions& at_rest, int level) {
+    const std::vector<Eigen::Vector3i>& triangles = surface.hierarchy.triangles(level);
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+      if (!(facet_normal(at, triangles[t]).dot(facet_normal(at_rest, triangles[t])) >= kLeastTurnDot))
+        folded[t >> (2 * level)] = 1;
+  };
+  mark(x, surface.rest, 0);
+  for (std::size_t i = 0; i < surface.samples.size(); ++i)
+    mark(surface.samples[i] * x, surface.samples[i] * surface.rest, static_cast<int>(i) + 1);
+  std::vector<int> triangles;
+  for (std::size_t t = 0; t < folded.size(); ++t)
+    if (folded[t]) triangles.push_back(static_cast<int>(t));
+  return triangles;
+}
+
+int lay_folds_flat(const FoldSearch& surface, Positions& x, int rings) {
+  CONTRACT(x.rows() == surface.rest.rows());
+  const std::vector<Eigen::Vector3i>& triangles = surface.hierarchy.triangles(0);
+  std::vector<int> folded = find_folded(surface, x);
+  if (folded.empty()) return 0;
+  const StencilMatrix transposed = surface.laplacian.transpose();
+  const StencilMatrix bending = transposed * surface.laplacian;
+  std::vector<int> widths(triangles.size(), 0);  // of the surroundings that each has taken so far
+  for (int pass = 0; pass < 2 * rings && !folded.empty(); ++pass) {
+    for (const int t : folded) widths[t] = std::min(widths[t] + 1, rings);
+    std::vector<char> free(x.rows(), 0);
+    for (int width = rings; width >= 1; --width) {
+      for (std::size_t t = 0; t < triangles.size(); ++t)
+        if (widths[t] == width) free[triangles[t][0]] = free[triangles[t][1]] = free[triangles[t][2]] = 1;
+      if (width > 1) widen(triangles, free);
+    }
+    smooth_displacement(bending, surface.rest, free, x);
+    folded = find_folded(surface, x);
+  }
+  return static_cast<int>(folded.size());
+}
+
+}  // namespace phiz
