@@ -5,6 +5,7 @@
 namespace phiz {
 
 // The children of `phiz fields` that have files of their own.
+Command make_fields_learn_command();
 Command make_fields_show_command();
 
 }  // namespace phiz
