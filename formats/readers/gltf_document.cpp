@@ -195,6 +195,8 @@ json parse_json(std::span<const std::byte> chunk, std::size_t file_byte) {
     return json::parse(text);
   } catch (const json::parse_error& error) {
     fail_at_byte("the glTF header is not JSON", file_byte + error.byte, kHintDamaged);
+  } catch (const json::exception&) {
+    fail_at_byte("the glTF header has numbers out of range", file_byte, kHintDamaged);
   }
 }
 
