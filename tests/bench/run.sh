@@ -7,7 +7,7 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../../.ci/setup.sh"
 
-known=(fit head fields)
+known=(fit head fields store)
 areas=()
 options=()
 for word in "$@"; do
