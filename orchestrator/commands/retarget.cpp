@@ -30,7 +30,7 @@ constexpr const char* kVersion = "retarget 1";  ///< raised whenever the same in
 
 struct RetargetArguments {
   std::optional<std::string> motion, rig, output, format, head;
-  std::vector<std::string> subjects;
+  std::vector<std::string> subjects, more_subjects;  ///< the first behind --to, and the words after it
   bool is_all = false;
   std::optional<int> level;
   std::optional<double> fps;
@@ -68,7 +68,7 @@ class RetargetRun {
                 fmt::format("{}", arguments.fps.value_or(0));
     for (const std::filesystem::path& path :
          {paths.json, paths.exr, std::filesystem::path(*arguments.motion)})
-      key_text_ += "\n" + compute_digest(read_input_file(session, path)).hex();
+      key_text_.append("\n").append(compute_digest(read_input_file(session, path)).hex());
     plan_ = std::make_unique<RetargetPlan>(std::move(rig), load_control_mesh(head_files_), std::move(track),
                                            arguments.level.value_or(2));
   }
@@ -172,7 +172,7 @@ class RetargetRun {
 
   void report_gaps(const Motion& motion) {
     for (const MotionGap& gap : motion.gaps)
-      session_.reporter().note({"", "retarget"},
+      session_.reporter().note({"motion", "retarget"},
                                fmt::format("{}: {} frames are missing after frame {}", *arguments_.motion,
                                            gap.missing_frames, gap.after_frame));
   }
@@ -180,7 +180,8 @@ class RetargetRun {
   void report_track(const ParameterTrack& track) {
     std::string names;
     for (const std::string& name : track.unused) names.append(names.empty() ? "" : " ").append(name);
-    if (!names.empty()) session_.reporter().note({"", "retarget"}, "the rig has no control for: " + names);
+    if (!names.empty())
+      session_.reporter().note({"motion", "retarget"}, "the rig has no control for: " + names);
     if (track.clamped_values > 0)
       session_.reporter().note(
           {"", "retarget"},
@@ -212,10 +213,11 @@ class RetargetRun {
 };
 
 int run_retarget(const RetargetArguments& arguments, Session& session) {
-  if (arguments.is_all != arguments.subjects.empty()) throw UsageError("either --to SUBJECT... or --all");
+  std::vector<std::string> subjects = arguments.subjects;
+  subjects.insert(subjects.end(), arguments.more_subjects.begin(), arguments.more_subjects.end());
+  if (arguments.is_all != subjects.empty()) throw UsageError("either --to SUBJECT... or --all");
   const int level = arguments.level.value_or(2);
   if (level < 0 || level > 6) throw UsageError("--level is not from 0 to 6");
-  std::vector<std::string> subjects = arguments.subjects;
   if (arguments.is_all) subjects = session.open_store().list_subjects();
   for (std::size_t i = 0; i < subjects.size(); ++i) {
     if (std::count(subjects.begin(), subjects.end(), subjects[i]) > 1)
@@ -237,6 +239,7 @@ Command make_retarget_command() {
     options.add_text("--rig", arguments->rig, "rig.json, with rig.exr beside it");
     options.require("--rig");
     options.add_texts("--to", arguments->subjects, "the subjects");
+    options.add_positionals("SUBJECT", arguments->more_subjects, "more subjects: --to dev00 dev01 ...");
     options.add_flag("--all", arguments->is_all, "every subject of the store");
     options.add_text("-o,--output", arguments->output, "folder for the animations; without it figures only");
     options.add_text("--format", arguments->format, "glb (default with -o), obj (a file a frame) or none");
