@@ -30,7 +30,8 @@ void deliver_head(const ControlMesh& head, const std::string& folder, bool is_fo
 void write_folder(const std::filesystem::path& folder, const std::map<std::string, std::string>& contents,
                   const Session& session);
 
-/// Name (list_check_pictures) -> picture, for the checks that were made. A second or two.
+/// Name (list_check_pictures, and `sides` for the head as a whole) -> picture, for the checks that were made.
+/// A second or two.
 std::map<std::string, Image> draw_check_pictures(const ControlMesh& head,
                                                  const std::vector<HeadCheck>& checks);
 

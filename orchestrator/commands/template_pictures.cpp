@@ -137,6 +137,7 @@ class Painter {
     draw_domain();
     draw_stretch();
     draw_smooth();
+    draw_sides();
     return std::move(pictures_);
   }
 
@@ -335,6 +336,31 @@ class Painter {
     ViewOptions options;
     options.light = Light::kSide;
     draw_sheet("smooth", mesh, list_all_looks(), options);
+  }
+
+  /// Eight sides of levels 0 and 1 with their edges and of level 3 without.
+  void draw_sides() {
+    if (measures_.valences.empty() || head_.positions.size() > kMostVertices) return;
+    constexpr int kWidth = 170, kHeight = 195;
+    const std::array<Camera, 8> cameras = {
+        {{0, 0}, {-45, 0}, {-90, 0}, {-135, 0}, {180, 0}, {60, 10}, {0, 60}, {0, -45}}};
+    std::vector<std::vector<Image>> rows;
+    std::vector<std::vector<std::string>> labels;
+    for (const int level : {0, 1, 3}) {
+      const SubdivisionHierarchy hierarchy(head_.triangles, static_cast<int>(head_.positions.size()), level);
+      const TriangleMesh mesh =
+          take_apart(evaluate_surface(hierarchy, head_.positions, {}, level), hierarchy.triangles(level));
+      rows.emplace_back(), labels.emplace_back();
+      for (const Camera& camera : cameras) {
+        ViewOptions options;
+        options.camera = camera;
+        options.width = kWidth, options.height = kHeight;
+        options.wireframe = level < 3;
+        rows.back().push_back(render_mesh(mesh, options));
+      }
+      labels.back().push_back("level " + std::to_string(level));
+    }
+    pictures_["sides"] = contact_sheet(rows, labels);
   }
 
   const ControlMesh& head_;
