@@ -35,6 +35,7 @@ bool is_fresh_folder(FileSystem& files, const StoreLayout& layout) {
     const auto path = layout.root / name;
     const bool ours = path == layout.objects() || path == layout.results() || path == layout.subjects() ||
                       path == layout.checkpoints() || path == layout.leases() || path == layout.logs() ||
+                      path == layout.marker() ||  // another process was quicker just now
                       is_temporary_name(name);
     if (!ours) return false;
   }

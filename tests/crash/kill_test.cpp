@@ -205,5 +205,27 @@ TEST(Kill, SeveralProcessesOnOneStoreEndWellWhoeverDies) {
   EXPECT_LT(took.count(), 25) << "a dead process's lease must not be waited for";
 }
 
+TEST(Creation, ManyProcessesThatMakeOneStoreAllHaveIt) {
+  for (int round = 0; round < 40; ++round) {
+    const test::TempFolder folder;
+    std::vector<pid_t> children;
+    for (int i = 0; i < 8; ++i) {
+      const pid_t child = ::fork();
+      if (child == 0) {
+        try {
+          Store::open_or_create(real_file_system(), folder / "store").list_subjects();
+          ::_exit(0);
+        } catch (const std::exception&) {
+          ::_exit(1);
+        }
+      }
+      children.push_back(child);
+    }
+    for (const pid_t child : children) EXPECT_EQ(wait_or_kill(child, kForEver), 0);
+    EXPECT_TRUE(verify_store(Store::open(real_file_system(), folder / "store")).ok());
+    if (HasFailure()) break;
+  }
+}
+
 }  // namespace
 }  // namespace phiz
