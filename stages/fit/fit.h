@@ -42,11 +42,11 @@ LocalFitResult fit_local(const ScanSurface& scan, const ControlMesh& generic_hea
                          const ControlPositions& aligned, const LocalFitOptions& options = {});
 
 struct GlobalFitOptions {
-  double smooth_weight_first = 100.0;  ///< lambda of the first round: stiff
-  double smooth_weight_last = 20.0;    ///< lambda of the last stiff round
-  int rounds = 8;                      ///< stiffness falls geometrically over these rounds
-  int soft_rounds = 2;                 ///< then the shape reached is the new rest shape and gives way
-  double soft_weight = 0.02;           ///< lambda of the soft rounds
+  double smooth_weight_first = 60.0;  ///< lambda of the first round: stiff
+  double smooth_weight_last = 20.0;   ///< lambda of the last stiff round
+  int rounds = 8;                     ///< stiffness falls geometrically over these rounds
+  int soft_rounds = 2;                ///< then the shape reached is the new rest shape and gives way
+  double soft_weight = 0.02;          ///< lambda of the soft rounds
   int iterations_per_round = 3;  ///< at most; a round ends when the energy changes by less than `tolerance`
   double tolerance = 0.01;
   double binding_weight = 0.5;     ///< mu: edges behind the ears and between the lips keep their shape

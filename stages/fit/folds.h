@@ -27,6 +27,6 @@ std::vector<int> find_folded(const FoldSearch& surface, const FoldSearch::Positi
 /// (least bending) that meets its surroundings, ring by ring wider until nothing is folded, at most `rings`
 /// wide. All other vertices stay. Returns how many control triangles are folded still. Nothing folded: x is
 /// not touched. Deterministic. Milliseconds where little is folded.
-int lay_folds_flat(const FoldSearch& surface, FoldSearch::Positions& x, int rings = 6);
+int lay_folds_flat(const FoldSearch& surface, FoldSearch::Positions& x, int rings = 3);
 
 }  // namespace phiz
