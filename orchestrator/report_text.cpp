@@ -100,17 +100,24 @@ class TextReporter final : public Reporter {
   void end(const std::vector<SubjectOutcome>& outcomes, std::size_t subject_count) override {
     const std::lock_guard lock(mutex_);
     bar_.erase();
+    if (subject_count < 2) return;
     std::size_t failed = 0;
-    for (const SubjectOutcome& outcome : outcomes) failed += outcome.failure.has_value();
-    if (subject_count < 2 || failed == 0) return;
-    std::string text = fmt::format("{} of {} subjects failed:\n", failed, subject_count);
+    bool is_interrupted = false;
+    std::string text;
     for (const SubjectOutcome& outcome : outcomes) {
       if (!outcome.failure) continue;
+      const int code = outcome.failure->code;
+      is_interrupted = is_interrupted || code == kExitInterrupted || code == kExitTerminated;
+      if (code == kExitInterrupted || code == kExitTerminated) continue;
+      ++failed;
       text += "  " + outcome.subject + (outcome.failed_stage.empty() ? "" : " " + outcome.failed_stage) +
-              fmt::format(" (code {}): ", outcome.failure->code) + outcome.failure->what + "\n";
+              fmt::format(" (code {}): ", code) + outcome.failure->what + "\n";
     }
-    if (outcomes.size() < subject_count)
-      text += fmt::format("{} subjects were not started\n", subject_count - outcomes.size());
+    if (failed > 0) text = fmt::format("{} of {} subjects failed:\n", failed, subject_count) + text;
+    if (outcomes.size() < subject_count) {
+      text += fmt::format("{} of {} subjects were not started{}\n", subject_count - outcomes.size(),
+                          subject_count, is_interrupted ? "; run the same command to continue" : "");
+    }
     err_ << text << std::flush;
   }
 

@@ -11,7 +11,7 @@
 namespace phiz {
 namespace {
 
-constexpr std::chrono::milliseconds kGrace{900};
+constexpr std::chrono::milliseconds kGrace{800};
 
 StopFlag stop_flag;
 int wake_pipe[2] = {-1, -1};

@@ -97,7 +97,7 @@ std::string list_outputs(const fs::path& store) {
 
 void measure_kills(const StoreBench& bench) {
   const int wanted = bench.is_long ? 1000 : 24;
-  const fs::path list = write_list(bench, make_small_scans(bench, 6), "kills.csv");
+  const fs::path list = write_list(bench, make_small_scans(bench, 3), "kills.csv");
   const fs::path whole = bench.scratch / "undisturbed";
   const auto undisturbed = fit_list(whole, list, {});
   const std::string outputs = list_outputs(whole);
@@ -116,7 +116,7 @@ void measure_kills(const StoreBench& bench) {
     toll.corrupt += run_phiz(store, {"store", "verify"}).exit_code != 0;
     fs::remove_all(store);
   }
-  bench.board.note("kill -9 of 4 processes on one store at random instants, 6 small subjects, then resumed");
+  bench.board.note("kill -9 of 4 processes on one store at random instants, 3 small subjects, then resumed");
   bench.board.add({"kills", static_cast<double>(toll.kills), "", at_least(wanted)});
   bench.board.add({"corrupt after a kill", static_cast<double>(toll.corrupt), "", at_most(0)});
   bench.board.add({"lost results", static_cast<double>(toll.lost), "", at_most(0)});
