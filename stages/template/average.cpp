@@ -17,6 +17,21 @@ Eigen::Matrix3Xd to_columns(const std::vector<Eigen::Vector3d>& points) {
   return columns;
 }
 
+/// Half of each vertex's change from the mean of its neighbours', round by round.
+void smooth_change(const ControlMesh& mesh, Eigen::Matrix3Xd& change, int rounds) {
+  const HalfEdgeMesh connectivity(mesh.triangles, static_cast<int>(mesh.positions.size()));
+  for (int round = 0; round < rounds; ++round) {
+    Eigen::Matrix3Xd next = change;
+    for (int v = 0; v < connectivity.vertex_count(); ++v) {
+      const std::vector<int> ring = connectivity.ring(v);
+      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      for (const int w : ring) sum += change.col(w);
+      if (!ring.empty()) next.col(v) = 0.5 * change.col(v) + 0.5 * sum / static_cast<double>(ring.size());
+    }
+    change = next;
+  }
+}
+
 /// The neck loop keeps its distance from the plane that cuts necks.
 void keep_neck_at_plane(ControlMesh& mesh, const std::vector<Eigen::Vector3d>& before) {
   const auto plane = mesh.annotations.clipping_planes.find("neck");
@@ -68,11 +83,12 @@ ControlMesh average_heads(const ControlMesh& head, std::span<const std::vector<E
     const Eigen::Matrix4d target_from_source = Eigen::umeyama(source, target, false);
     sum += (target_from_source * source.colwise().homogeneous()).topRows<3>();
   }
-  sum /= static_cast<double>(subjects.size());
+  Eigen::Matrix3Xd change = sum / static_cast<double>(subjects.size()) - target;
+  smooth_change(head, change, options.smooth_rounds);
 
   ControlMesh mean = head;
   for (std::size_t v = 0; v < mean.positions.size(); ++v)
-    mean.positions[v] = sum.col(static_cast<Eigen::Index>(v));
+    mean.positions[v] += change.col(static_cast<Eigen::Index>(v));
   keep_neck_at_plane(mean, head.positions);
   make_symmetric(mean);
   hold_back_sharp_triangles(mean, head.positions, options.min_angle_deg);
