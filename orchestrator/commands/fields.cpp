@@ -140,8 +140,8 @@ Command make_list_command() {
 
 Command make_fields_command() {
   Command command{"fields", "deformation fields: designed muscles, what a rig holds, pictures of it", {}, {}};
-  command.children = {make_muscles_command(), make_fields_learn_command(), make_list_command(),
-                      make_fields_show_command()};
+  command.children = {make_muscles_command(),      make_fields_learn_command(), make_fields_pca_command(),
+                      make_fields_shape_command(), make_list_command(),         make_fields_show_command()};
   return command;
 }
 

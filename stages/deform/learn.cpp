@@ -18,13 +18,15 @@ using Positions = std::vector<Eigen::Vector3d>;
 
 constexpr int kFinestLevel = 3, kPoseLevel = 2, kMuscleLevel = 1;
 constexpr double kLeastParameter = 0.05;
+constexpr double kStillMm = 0.5;
 constexpr int kFadeRings = 2, kLooseRings = 2;
 
-/// How much of a region's surface tells the head's motion. Later ones overrule earlier ones.
-constexpr std::pair<const char*, double> kStillness[] = {
-    {"scalp", 0.3}, {"ears", 1},    {"forehead", 0.5}, {"nose", 1},        {"nostrils", 0},
-    {"eyes", 0},    {"eyelids", 0}, {"lips", 0},       {"inner_mouth", 0}, {"neck", 0.1}};
-constexpr double kStillnessElsewhere = 0.5;
+/// How much of a region's surface tells the head's motion. Later ones overrule earlier ones. Ears follow
+/// smile and jaw by up to 2 mm: they hardly count.
+constexpr std::pair<const char*, double> kStillness[] = {{"ears", 0.1},  {"nostrils", 0}, {"eyes", 0},
+                                                         {"eyelids", 0}, {"lips", 0},     {"inner_mouth", 0},
+                                                         {"neck", 0.5}};
+constexpr double kStillnessElsewhere = 1;
 
 /// A value a control vertex, linear in between, at `level`.
 std::vector<double> refine(const SubdivisionHierarchy& hierarchy, std::vector<double> values, int level) {
@@ -67,6 +69,7 @@ struct ExpressionLearner::Impl {
   LearnOptions options;
   HeadAsset neutral;
   Positions control;
+  Positions surface_control;  ///< with the displacement of level 0
   StillPlaces still;
   const Deformation* muscles;
   NeutralSurface muscle_surface;  ///< of kMuscleLevel
@@ -84,6 +87,7 @@ struct ExpressionLearner::Impl {
     if (!(options.strain >= 0 && options.bending >= 0 && options.hold >= 0 && options.noise_mm >= 0))
       throw InvalidInput("a price of the elastic fit is negative");
     for (const Eigen::Vector3f& p : asset.positions) control.push_back(p.cast<double>());
+    surface_control = evaluate_surface(hierarchy, control, neutral.displacements_mm, 0);
     find_still_places();
     std::vector<double> pocket(head.positions.size(), 0);
     for (const int v : head.annotations.constrained_vertices) pocket[v] = 1;
@@ -95,16 +99,14 @@ struct ExpressionLearner::Impl {
     if (muscles) muscle_surface = NeutralMaker(head, kMuscleLevel).make(control, neutral.displacements_mm);
   }
 
-  /// All but the border and the inside of scalp and ears: nothing moves there, and hair scans badly.
+  /// All but the border and the inside of the scalp: nothing moves there, and hair scans badly.
   void find_movable() {
     const int count = static_cast<int>(head.positions.size());
     const HalfEdgeMesh mesh(head.triangles, count);
     is_movable.assign(count, true);
-    for (const char* name : {"scalp", "ears"}) {
-      const auto region = head.annotations.regions.find(name);
-      if (region == head.annotations.regions.end()) continue;
-      for (const int v : region->second) is_movable[v] = false;
-    }
+    const auto scalp = head.annotations.regions.find("scalp");
+    if (scalp != head.annotations.regions.end())
+      for (const int v : scalp->second) is_movable[v] = false;
     for (int pass = 0; pass < kLooseRings; ++pass) {
       std::vector<bool> grown = is_movable;
       for (int v = 0; v < count; ++v)
@@ -146,6 +148,31 @@ struct ExpressionLearner::Impl {
     return predicted;
   }
 
+  /// Displacements of the control vertices, neutral's frame, from those that the muscles predict.
+  Positions fit(const ScanSurface& scan, const Positions& predicted, LearnedExpression& learned) const {
+    const Eigen::Isometry3d& motion = learned.scan_from_neutral;
+    std::vector<Positions> levels;
+    for (int level = 0; level <= kFinestLevel; ++level)
+      levels.push_back(moved(motion, evaluate_surface(hierarchy, control, neutral.displacements_mm, level)));
+    Positions rest = levels[0];
+    for (std::size_t v = 0; v < rest.size(); ++v) rest[v] += motion.linear() * (predicted[v] - control[v]);
+    ElasticSkin skin(head, hierarchy, std::move(levels), is_movable);
+    const Positions fitted = skin.fit(scan, rest, make_rounds(options));
+    learned.mean_distance_mm = skin.mean_distance_mm();
+    const Eigen::Isometry3d back = motion.inverse();
+    Positions displacements(fitted.size());
+    for (std::size_t v = 0; v < fitted.size(); ++v) displacements[v] = back * fitted[v] - surface_control[v];
+    return displacements;
+  }
+
+  /// 1 where a displacement is small, at the vertices of kPoseLevel.
+  std::vector<double> stillness_of(const Positions& displacements) const {
+    std::vector<double> shares;
+    for (const Eigen::Vector3d& d : displacements)
+      shares.push_back(std::pow(1 + d.squaredNorm() / (kStillMm * kStillMm), -2));
+    return refine(hierarchy, std::move(shares), kPoseLevel);
+  }
+
   /// Motions below the noise fade out: a factor from the largest motion in the surroundings.
   void fade_noise(Positions& displacements) const {
     if (!(options.noise_mm > 0)) return;
@@ -180,32 +207,26 @@ LearnedExpression ExpressionLearner::learn(const PointCloud& cloud) const {
   const ScanSurface scan(cloud);
   LearnedExpression learned;
   learned.scan_from_neutral = find_rigid_motion(scan, self.still);
-  const Positions rest = moved(learned.scan_from_neutral, self.predict(scan, learned));
-  std::vector<Positions> levels;
-  for (int level = 0; level <= kFinestLevel; ++level)
-    levels.push_back(
-        moved(learned.scan_from_neutral,
-              evaluate_surface(self.hierarchy, self.control, self.neutral.displacements_mm, level)));
-  // Control vertices themselves, without the displacement of level 0: what the stencils carry.
-  const Positions start = levels[0];
-  Positions begin = start;
-  for (std::size_t v = 0; v < begin.size(); ++v)
-    begin[v] += rest[v] - learned.scan_from_neutral * self.control[v];
-  ElasticSkin skin(self.head, self.hierarchy, std::move(levels), self.is_movable);
-  const Positions fitted = skin.fit(scan, begin, make_rounds(self.options));
-  learned.mean_distance_mm = skin.mean_distance_mm();
+  const Positions predicted = self.predict(scan, learned);
+  Positions& displacements = learned.displacements_mm;
+  displacements = self.fit(scan, predicted, learned);
+  // What the first fit saw moving, along the surface too, does not tell the head's motion.
+  StillPlaces still = self.still;
+  const std::vector<double> stillness = self.stillness_of(displacements);
+  for (std::size_t i = 0; i < still.weights.size(); ++i) still.weights[i] *= stillness[i];
+  learned.scan_from_neutral = find_rigid_motion(scan, still, learned.scan_from_neutral);
+  displacements = self.fit(scan, predicted, learned);
 
-  // What moved rigidly between neutral and expression is the head's own motion.
-  std::vector<double> weights(start.size());
-  for (std::size_t v = 0; v < start.size(); ++v) weights[v] = self.still.weights[v];
-  const Eigen::Isometry3d rigid = find_common_motion(start, fitted, weights);
-  learned.scan_from_neutral = rigid * learned.scan_from_neutral;
-  const Eigen::Isometry3d back = learned.scan_from_neutral.inverse();
-  const Positions neutral_control =
-      evaluate_surface(self.hierarchy, self.control, self.neutral.displacements_mm, 0);
-  for (std::size_t v = 0; v < start.size(); ++v)
-    learned.displacements_mm.push_back(back * fitted[v] - neutral_control[v]);
-  self.fade_noise(learned.displacements_mm);
+  // What is left of a rigid motion is the head's own.
+  Positions moved_control = self.surface_control;
+  for (std::size_t v = 0; v < moved_control.size(); ++v) moved_control[v] += displacements[v];
+  std::vector<double> weights(still.weights.begin(), still.weights.begin() + moved_control.size());
+  const Eigen::Isometry3d rigid = find_common_motion(self.surface_control, moved_control, weights);
+  learned.scan_from_neutral = learned.scan_from_neutral * rigid;
+  const Eigen::Isometry3d back = rigid.inverse();
+  for (std::size_t v = 0; v < moved_control.size(); ++v)
+    displacements[v] = back * moved_control[v] - self.surface_control[v];
+  self.fade_noise(displacements);
   return learned;
 }
 

@@ -32,6 +32,7 @@ void measure_fields(const BenchWorld& bench) {
   measure_exactness(world);
   measure_retarget(world);
   measure_track(world);
+  measure_learned_fields(world);
 }
 
 }  // namespace

@@ -26,5 +26,6 @@ void measure_cascade_speed(const FieldsWorld& world);  ///< fields_cascade.cpp
 void measure_exactness(const FieldsWorld& world);      ///< fields_cascade.cpp: neutral, left smile
 void measure_retarget(const FieldsWorld& world);       ///< fields_retarget.cpp
 void measure_track(const FieldsWorld& world);          ///< fields_track.cpp
+void measure_learned_fields(const FieldsWorld& world);  ///< bench_fields_learned.cpp: images, learned, PCA
 
 }  // namespace phiz::bench
