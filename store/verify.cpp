@@ -155,6 +155,28 @@ class Verifier {
 
 }  // namespace
 
+std::size_t restore_flipped_bits(const Store& store) {
+  FileSystem& files = store.files();
+  const std::filesystem::path damaged = store.layout().damaged();
+  if (!files.find_status(damaged)) return 0;
+  std::size_t restored = 0;
+  for (const std::string& name : files.list_folder(damaged)) {  // "results-<key>.json.<unique>"
+    const std::size_t dash = name.find('-'), end = name.rfind(".json.");
+    if (dash == std::string::npos || end == std::string::npos || end < dash) continue;
+    const std::string folder = name.substr(0, dash), stem = name.substr(dash + 1, end - dash - 1);
+    if (folder != "results" && folder != "subjects") continue;
+    const std::filesystem::path place = store.layout().root / folder / (stem + ".json");
+    if (files.find_status(place)) continue;
+    const auto text = mend_one_bit(files.read_file(damaged / name, kMaxJsonBytes));
+    if (!text) continue;
+    DurableWriter writer(files);
+    writer.add(place, std::as_bytes(std::span(*text)), FileSystem::Mode::kWritable);
+    writer.publish();
+    ++restored;
+  }
+  return restored;
+}
+
 VerifyReport verify_store(const Store& store, const std::function<void(std::uint64_t)>& progress) {
   return Verifier(store, progress).run();
 }

@@ -30,4 +30,8 @@ struct VerifyReport {
 /// store). `progress` gets the bytes read so far.
 VerifyReport verify_store(const Store& store, const std::function<void(std::uint64_t bytes)>& progress = {});
 
+/// Puts back results and subjects' records that were set aside, now or earlier, because one bit had flipped:
+/// the seal says which. Those that have been written anew since are left. How many it did. Throws StoreError.
+std::size_t restore_flipped_bits(const Store& store);
+
 }  // namespace phiz

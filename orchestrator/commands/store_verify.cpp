@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -144,7 +145,13 @@ int run_verify(bool repairs, Session& session) {
   const StopFlag& stop = session.environment().stop;
   const VerifyReport report = verify_store(store, [&](std::uint64_t) { stop.throw_if_requested(); });
   const int found = report_damage(report, has_marker_repaired, session);
-  const bool has_lost_a_subject = std::any_of(report.damages.begin(), report.damages.end(), is_subject);
+  const std::size_t restored = repairs ? restore_flipped_bits(store) : 0;
+  if (restored > 0) session.print(fmt::format("{} files of one flipped bit put back as they were", restored));
+  const bool has_lost_a_subject =
+      std::any_of(report.damages.begin(), report.damages.end(), [&](const StoreDamage& damage) {
+        return is_subject(damage) &&
+               !session.files().find_status(store.layout().subjects() / (damage.what.substr(8) + ".json"));
+      });
   if (repairs) {
     const int code = repair(store, session);
     if (code != kExitDone || !has_lost_a_subject) return code;
