@@ -148,7 +148,7 @@ Command make_fields_learn_command() {
     options.add_flag("--split", arguments->is_split, "NameLeft and NameRight instead of both sides together");
     options.add_text("--muscles", arguments->muscles,
                      "rig of designed muscles for the first guess, or none (default: phiz's own)");
-    options.add_number("--noise", arguments->noise_mm, "motions below so many mm fade out (default 0.2)");
+    options.add_number("--noise", arguments->noise_mm, "motions below so many mm fade out (default 0.5)");
     options.add_integer("--side", arguments->side, "nodes of the (u,v) grid a side (default 512)");
     options.add_text("--template", arguments->head, "the generic head's .obj, its .json beside it");
     return [arguments](Session& session) {

@@ -17,7 +17,7 @@ struct LearnOptions {
   double strain = 0.05;   ///< mm^2: price of stretched skin
   double bending = 10;    ///< mm^4: of bent skin
   double hold = 0.001;    ///< price of small motions that nothing asks for
-  double noise_mm = 0.2;  ///< motions below fade out, whole ones begin at twice that
+  double noise_mm = 0.5;  ///< motions below fade out, whole ones begin at twice that
 };
 
 /// One expression of one subject, relative to the neutral head.
