@@ -101,7 +101,7 @@ Deformation dense_fields() {
 }
 
 void report(const FieldsWorld& world, const std::string& what, const Deformation& rig,
-            const NeutralSurface& neutral, double bandwidth) {
+            const NeutralSurface& neutral, double bandwidth, const Bar& share) {
   const CompiledCascade cascade(rig, sample_fields(rig, neutral.uv), neutral);
   std::vector<float> parameters;
   for (std::size_t k = 0; k < rig.parameters.size(); ++k)
@@ -114,7 +114,7 @@ void report(const FieldsWorld& world, const std::string& what, const Deformation
                                      what, bytes / 1e6, bytes / time / 1e9, plain * 1e3));
   world.bench.board.add({what + ", one core, a frame", time * 1e3, "ms", at_most(2)});
   world.bench.board.add(
-      {what + ", share of the memory bandwidth", 100 * bytes / time / bandwidth, "%", at_least(60)});
+      {what + ", share of the memory bandwidth", 100 * bytes / time / bandwidth, "%", share});
 }
 
 }  // namespace
@@ -126,8 +126,10 @@ void measure_cascade_speed(const FieldsWorld& world) {
   world.bench.board.add({"memory bandwidth, one thread, triad", measure_triad() / 1e9, "GB/s", {}});
   const double bandwidth = measure_reading();
   world.bench.board.add({"memory bandwidth, one thread, reading", bandwidth / 1e9, "GB/s", {}});
-  report(world, "cascade of 52 muscles on 80,000 points", some_fields(world.rig), neutral, bandwidth);
-  report(world, "the same with fields that are nowhere zero", dense_fields(), neutral, measure_reading());
+  report(world, "cascade of 52 muscles on 80,000 points", some_fields(world.rig), neutral, bandwidth,
+         at_least(60));
+  report(world, "the same with fields that are nowhere zero", dense_fields(), neutral, measure_reading(),
+         Bar{});
 }
 
 void measure_exactness(const FieldsWorld& world) {
