@@ -46,15 +46,15 @@ struct GlobalFitOptions {
   double smooth_weight_last = 20.0;   ///< lambda of the last stiff round
   int rounds = 8;                     ///< stiffness falls geometrically over these rounds
   int soft_rounds = 2;                ///< then the shape reached is the new rest shape and gives way
-  double soft_weight = 0.02;          ///< lambda of the soft rounds
+  double soft_weight = 0.05;          ///< lambda of the soft rounds
   int iterations_per_round = 3;  ///< at most; a round ends when the energy changes by less than `tolerance`
   double tolerance = 0.01;
   double binding_weight = 0.5;     ///< mu: edges behind the ears and between the lips keep their shape
   double constraint_weight = 0.5;  ///< nu: inner lips follow their surroundings
-  double normal_weight_mm_first = 25.0, normal_weight_mm_last = 10.0;  ///< normals in the search for matches
-  double reach_mm_first = 20.0, reach_mm_last = 3.0;                   ///< farther matches are refused
-  double slide_weight = 0.1;      ///< share of E_dist that also acts along the surface
-  double stretch_weight = 0.007;  ///< share of lambda against stretching of the region `face`; stiff rounds
+  double normal_weight_mm_first = 25.0, normal_weight_mm_last = 5.0;  ///< normals in the search for matches
+  double reach_mm_first = 25.0, reach_mm_last = 3.0;                  ///< farther matches are refused
+  double slide_weight = 0.07;     ///< share of E_dist that also acts along the surface
+  double stretch_weight = 0.005;  ///< share of lambda against stretching of the region `face`; stiff rounds
   double neck_weight = 0.05;  ///< draws the neck loop to the plane below; 50 times that in the soft rounds
   std::optional<Plane> neck;  ///< where the scan is cut at the neck (head frame)
 };
