@@ -47,7 +47,7 @@ std::vector<std::pair<std::string, std::filesystem::path>> parse_expressions(
 /// A rig of designed muscles that gives the fit its first guess: the one named, or the muscles that came with
 /// the generic head, or none.
 std::optional<Deformation> load_muscles(const LearnArguments& arguments, const TemplateFiles& files,
-                                        const ControlMesh& head, const Session& session) {
+                                        const ControlMesh& head, Session& session) {
   if (arguments.muscles == "none") return std::nullopt;
   if (arguments.muscles) {
     Deformation rig = load_rig(session, *arguments.muscles);
@@ -55,7 +55,11 @@ std::optional<Deformation> load_muscles(const LearnArguments& arguments, const T
     return rig;
   }
   const std::filesystem::path folder = files.mesh_path.parent_path().parent_path() / "muscles";
-  if (!session.files().find_status(folder / "rig.json")) return std::nullopt;
+  if (!session.files().find_status(folder / "rig.json")) {
+    session.reporter().note(
+        {}, "no designed muscles beside the generic head: wide open mouths will not be found");
+    return std::nullopt;
+  }
   RigFile rig;
   std::vector<MuscleFile> muscles;
   std::istringstream text(read_input_file(session, folder / "rig.json"));

@@ -161,8 +161,8 @@ void measure_learned(const FieldsWorld& world) {
     return;
   }
   const std::filesystem::path rig_path = world.bench.scratch / "learned";
-  std::vector<std::string> words = {"fields",         "learn", "--neutral",
-                                    set.source->name, "-o",    rig_path.string()};
+  std::vector<std::string> words = {"fields", "learn",           "--neutral", set.source->name,
+                                    "-o",     rig_path.string(), "--muscles", world.rig_path.string()};
   std::vector<std::string> names;
   for (const std::string& name : set.names) {
     if (name == "neutral") continue;
