@@ -24,7 +24,22 @@ void widen(const std::vector<Eigen::Vector3i>& triangles, std::vector<char>& fre
     if (before[t[0]] || before[t[1]] || before[t[2]]) free[t[0]] = free[t[1]] = free[t[2]] = 1;
 }
 
-/// The displacement of free vertices with the least bending, all others given.
+StencilMatrix square(const StencilMatrix& matrix) {
+  const StencilMatrix transposed = matrix.transpose();
+  return transposed * matrix;
+}
+
+/// The matrix with zeros in the rows that are not wanted.
+StencilMatrix rows_of(const StencilMatrix& matrix, const std::vector<char>& wanted) {
+  StencilMatrix rows = matrix;
+  for (Eigen::Index row = 0; row < rows.rows(); ++row)
+    if (!wanted[row])
+      for (StencilMatrix::InnerIterator it(rows, row); it; ++it) it.valueRef() = 0;
+  return rows;
+}
+
+/// The displacement of free vertices with the least energy, all others given. `bending`: the matrix of the
+/// energy.
 void smooth_displacement(const StencilMatrix& bending, const Positions& rest, const std::vector<char>& free,
                          Positions& x) {
   std::vector<int> unknown(free.size(), -1), vertices;
@@ -74,10 +89,9 @@ int lay_folds_flat(const FoldSearch& surface, Positions& x, int rings) {
   const std::vector<Eigen::Vector3i>& triangles = surface.hierarchy.triangles(0);
   std::vector<int> folded = find_folded(surface, x);
   if (folded.empty()) return 0;
-  const StencilMatrix transposed = surface.laplacian.transpose();
-  const StencilMatrix bending = transposed * surface.laplacian;
+  const StencilMatrix bending = square(surface.laplacian);
   std::vector<int> widths(triangles.size(), 0);  // of the surroundings that each has taken so far
-  for (int pass = 0; pass < 2 * rings && !folded.empty(); ++pass) {
+  for (int pass = 0; pass < 3 * rings && !folded.empty(); ++pass) {
     for (const int t : folded) widths[t] = std::min(widths[t] + 1, rings);
     std::vector<char> free(x.rows(), 0);
     for (int width = rings; width >= 1; --width) {
@@ -85,7 +99,10 @@ int lay_folds_flat(const FoldSearch& surface, Positions& x, int rings) {
         if (widths[t] == width) free[triangles[t][0]] = free[triangles[t][1]] = free[triangles[t][2]] = 1;
       if (width > 1) widen(triangles, free);
     }
-    smooth_displacement(bending, surface.rest, free, x);
+    // Least bending meets the surroundings smoothly but may overshoot; what stays folded then is stretched
+    // across.
+    const bool stretch = pass >= rings;
+    smooth_displacement(stretch ? square(rows_of(surface.laplacian, free)) : bending, surface.rest, free, x);
     folded = find_folded(surface, x);
   }
   return static_cast<int>(folded.size());
