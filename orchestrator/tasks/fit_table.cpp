@@ -66,7 +66,7 @@ Task describe_fit_global() {
   task.name = "fit_global";
   task.doc = "the whole control mesh drawn onto the scan, coarse to fine";
   task.source = "Jeong et al. 2002, 4.3";
-  task.version = 2;
+  task.version = 3;
   task.inputs = {output_of("ingest", "cloud.vdb"), output_of("ingest", "ingest.json"),
                  output_of("fit_local", "local.obj"), template_mesh_input(), template_annotations_input()};
   task.outputs = {"control.obj", "fit_global.json"};

@@ -100,10 +100,10 @@ class GlobalFit {
     for (const int v : face->second) inside[v] = 1;
     std::vector<std::pair<int, int>> edges;
     for (const Eigen::Vector3i& t : head_.triangles)
-      for (int i = 0; i < 3; ++i) {
-        const int a = t[i], b = t[(i + 1) % 3];
-        if (a < b && inside[a] && inside[b]) edges.emplace_back(a, b);
-      }
+      for (int i = 0; i < 3; ++i)
+        if (inside[t[i]] && inside[t[(i + 1) % 3]]) edges.emplace_back(std::minmax(t[i], t[(i + 1) % 3]));
+    std::sort(edges.begin(), edges.end());
+    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
     return edges;
   }
 
@@ -219,9 +219,9 @@ double area_of(const ControlPositions& p, const std::vector<Eigen::Vector3i>& tr
 }
 
 /// A fit that collapsed, blew up or found next to nothing to hold on to is no head.
-void check_result(const GlobalFit& fit, const GlobalFitState& state, const ControlPositions& start,
-                  const std::vector<Eigen::Vector3i>& triangles) {
-  const double grown = area_of(state.positions, triangles) / area_of(start, triangles);
+void check_result(const GlobalFit& fit, const GlobalFitState& state, const ControlPositions& positions,
+                  const ControlPositions& start, const std::vector<Eigen::Vector3i>& triangles) {
+  const double grown = area_of(positions, triangles) / area_of(start, triangles);
   if (!(grown > 0.5 && grown < 2.0))
     throw FitRejected("the head " + std::string(grown > 1 ? "blew up" : "collapsed") + " in the global fit");
   if (state.energies.empty() || fit.matched_share() >= 0.2) return;
@@ -258,10 +258,10 @@ GlobalFitResult fit_global(const ScanSurface& scan, const ControlMesh& generic_h
     }
     if (progress && !progress(state)) break;
   }
-  if (state.round == options.rounds + options.soft_rounds) fit.lay_flat(x);
+  if (state.round >= options.rounds + options.soft_rounds && x.allFinite()) fit.lay_flat(x);
   // At the end and not in the last step: a fit resumed behind its last step has made none.
   fit.measure(x, settings_of(options, std::min(state.round, options.rounds + options.soft_rounds - 1)));
-  check_result(fit, state, start, generic_head.triangles);
+  check_result(fit, state, to_vector(x), start, generic_head.triangles);
   if (!x.allFinite()) throw NumericalFailure("the global fit diverged");
   return {to_vector(x), state.energies, fit.mean_distance_mm(), fit.matched_share()};
 }

@@ -25,9 +25,10 @@ std::vector<int> find_folded(const FoldSearch& surface, const FoldSearch::Positi
 
 /// Lays folds flat: around folded triangles the displacement from the rest shape becomes the smoothest one
 /// (least bending) that meets its surroundings, ring by ring wider until nothing is folded, at most `rings`
-/// wide; then, where that does not do, the one with the least stretch. All other vertices stay. Returns how
-/// many control triangles are folded still. Nothing folded: x is not touched. Deterministic. Milliseconds
-/// where little is folded.
+/// wide; around those that this leaves folded, the one with the least stretch. Vertices farther away and
+/// those of the border stay; other terms of a fit (bindings, constraints) are not asked. x becomes the state
+/// with the fewest folded control triangles, whose number is returned. Nothing folded: x is not touched.
+/// Deterministic. At most 4 rings looks and solves; milliseconds where little is folded.
 int lay_folds_flat(const FoldSearch& surface, FoldSearch::Positions& x, int rings = 4);
 
 }  // namespace phiz

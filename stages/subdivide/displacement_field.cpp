@@ -210,7 +210,7 @@ void limit_turns(std::span<const Eigen::Vector3i> triangles, std::span<const Eig
     return v < first ? positions[v] : positions[v] + field.values[v - first] * normals[v - first];
   };
   std::vector<char> turned(triangles.size());
-  for (int round = 0; round < kTurnRounds; ++round) {
+  for (int round = 0;; ++round) {  // every round behind kTurnRounds makes a value 0: it ends
     parallel_for(triangles.size(), kGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t t = begin; t < end; ++t) {
         const int a = triangles[t][0], b = triangles[t][1], c = triangles[t][2];
@@ -229,7 +229,10 @@ void limit_turns(std::span<const Eigen::Vector3i> triangles, std::span<const Eig
     }
     if (!any) return;
     for (std::size_t i = 0; i < shrink.size(); ++i)
-      if (shrink[i]) field.values[i] *= round + 1 < kTurnRounds ? 0.5 : 0.0;
+      if (shrink[i]) {
+        field.values[i] *= round < kTurnRounds ? 0.5 : 0.0;
+        if (field.states[i] == DisplacementField::kMeasured) field.states[i] = DisplacementField::kBridged;
+      }
   }
 }
 

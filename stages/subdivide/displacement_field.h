@@ -51,8 +51,9 @@ void cap_slopes(const DisplacementGraph& graph, double max_slope, DisplacementFi
 void bridge_gaps(const DisplacementGraph& graph, int rings, DisplacementField& field);
 
 /// Halves the values at triangles that displacement would turn by more than acos(least_turn_dot), again and
-/// again, at last to 0: where they are in conflict with a fold of the surface, detail gives way. `positions`
-/// are the level's undisplaced ones, `normals` those of its last vertices, which the field displaces.
+/// again, at last to 0: where they are in conflict with a fold of the surface, detail gives way. What was
+/// measured there becomes kBridged. `positions` are the level's undisplaced ones, `normals` those of its last
+/// vertices, which the field displaces.
 void limit_turns(std::span<const Eigen::Vector3i> triangles, std::span<const Eigen::Vector3d> positions,
                  std::span<const Eigen::Vector3d> normals, double least_turn_dot, DisplacementField& field);
 

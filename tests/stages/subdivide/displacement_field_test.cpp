@@ -211,5 +211,29 @@ TEST(DisplacementField, NoTriangleTurnsBeyondTheLimitAndFarVerticesStay) {
   }
 }
 
+TEST(DisplacementField, NoCliffIsLeftAroundAWidePlateau) {
+  const FlatGrid grid(30);
+  DisplacementField field =
+      field_of(static_cast<int>(grid.mesh.vertex_count()), 0, DisplacementField::kMeasured);
+  for (std::size_t v = 0; v < field.values.size(); ++v)
+    if ((grid.positions[v] - Eigen::Vector3d(15, 15, 0)).norm() < 11) field.values[v] = 40;
+  limit_turns(grid.mesh.triangles, grid.positions, grid.normals, 0.5, field);
+  EXPECT_GE(grid.least_turn_dot(field), 0.5 - 1e-12);
+}
+
+TEST(DisplacementField, AMeasuredValueBesideAHeldVertexKeepsToTheSlope) {
+  const DisplacementGraph graph = grid_graph(6);
+  DisplacementField field = field_of(graph.vertex_count(), 0, DisplacementField::kHeld);
+  const int centre = graph.vertex_count() / 2;
+  field.states[centre] = DisplacementField::kMeasured;
+  field.values[centre] = 10;
+  cap_slopes(graph, 0.7, field);
+  double shortest = 1e9;
+  for (int i = graph.offsets[centre]; i < graph.offsets[centre + 1]; ++i)
+    shortest = std::min(shortest, graph.lengths[i]);
+  EXPECT_LE(field.values[centre], 0.7 * shortest + 0.1);
+  EXPECT_EQ(field.values[centre + 1], 0);
+}
+
 }  // namespace
 }  // namespace phiz
