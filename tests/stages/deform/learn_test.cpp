@@ -74,7 +74,9 @@ TEST(LearnedRig, SplitHalvesAddUpToTheWholeAndStayOnTheirSides) {
   const auto both = evaluate(rig, neutral, {1, 1}), left = evaluate(rig, neutral, {1, 0});
   for (std::size_t v = 0; v < both.size(); ++v) {
     EXPECT_LT((both[v] - neutral.positions[v] - Eigen::Vector3f(1, 2, 3)).norm(), 0.01f);
-    if (head.positions[v].x() < -25) EXPECT_LT((left[v] - neutral.positions[v]).norm(), 0.05f);
+    if (head.positions[v].x() < -25) {
+      EXPECT_LT((left[v] - neutral.positions[v]).norm(), 0.05f);
+    }
   }
 }
 

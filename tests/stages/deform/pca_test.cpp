@@ -64,7 +64,9 @@ TEST(StreamingPca, ComponentsAreOrthonormalInTheWeights) {
   ASSERT_EQ(model.components.size(), 8u);
   for (int a = 0; a < 8; ++a) {
     for (int b = 0; b <= a; ++b) EXPECT_NEAR(inner(model, a, b), a == b, 1e-5);
-    if (a > 0) EXPECT_LE(model.variances[a], model.variances[a - 1]);
+    if (a > 0) {
+      EXPECT_LE(model.variances[a], model.variances[a - 1]);
+    }
   }
 }
 

@@ -87,8 +87,12 @@ TEST(StageViews, OffsetsAreNoneWhereTheSurfaceIsTheScanAndNoNumberWhereNothingWa
   const std::vector<float> offsets = compute_offsets(mesh, ScanSurface(cloud), 2);
   for (std::size_t i = 0; i < offsets.size(); ++i) {
     const float y = mesh.positions[i].y();
-    if (y > 10) ASSERT_LT(offsets[i], 0.1f) << "at height " << y;
-    if (y < -25) ASSERT_TRUE(std::isnan(offsets[i])) << "at height " << y;
+    if (y > 10) {
+      ASSERT_LT(offsets[i], 0.1f) << "at height " << y;
+    }
+    if (y < -25) {
+      ASSERT_TRUE(std::isnan(offsets[i])) << "at height " << y;
+    }
   }
 }
 
