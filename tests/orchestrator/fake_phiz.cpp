@@ -92,7 +92,7 @@ std::vector<Task> make_fake_tasks(FakeStages& stages) {
 }
 
 FakePhiz::FakePhiz() {
-  disk.make_folders("/work");
+  disk.make_folders("/disk");
   add_file("/scans/a.xyz", "some words of a scan");
   add_file("/head/head.obj", "v 0 0 0\n");
   add_file("/head/head.json", "{}");
@@ -107,7 +107,7 @@ void FakePhiz::add_file(const std::string& path, const std::string& text) {
 }
 
 int FakePhiz::run_on(FileSystem& files, std::vector<std::string> arguments) {
-  arguments.insert(arguments.end(), {"--store", "/work/store"});
+  arguments.insert(arguments.end(), {"--store", "/disk/store"});
   stages.stop.request(0);
   processes.start_next();
   std::ostringstream out_stream, err_stream;

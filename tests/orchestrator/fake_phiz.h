@@ -57,7 +57,7 @@ class FakePhiz {
   int run_on(FileSystem& files, std::vector<std::string> arguments);
 
   void add_file(const std::string& path, const std::string& text);
-  Store open_store() { return Store::open(disk, "/work/store"); }
+  Store open_store() { return Store::open(disk, "/disk/store"); }
   /// Digest of an output of a subject's current result.
   Digest digest_of(const std::string& subject, const std::string& stage, const std::string& output);
 

@@ -168,7 +168,7 @@ TEST(Fit, MistakesOnTheCommandLineRunNothing) {
     EXPECT_EQ(phiz.err.substr(0, 7), "error: ") << phiz.err;
     EXPECT_LE(std::count(phiz.err.begin(), phiz.err.end(), '\n'), 2) << phiz.err;
   }
-  EXPECT_FALSE(phiz.disk.find_status("/work/store"));
+  EXPECT_FALSE(phiz.disk.find_status("/disk/store"));
   EXPECT_TRUE(phiz.stages.runs.empty());
 }
 
@@ -186,7 +186,7 @@ TEST(Fit, AListNamesSubjectsScansAndParameters) {
 TEST(Fit, ADryRunChangesNothingAndSaysWhy) {
   FakePhiz phiz;
   EXPECT_EQ(phiz.run({"fit", "/scans/a.xyz", "-n"}), 0);
-  EXPECT_FALSE(phiz.disk.find_status("/work/store"));
+  EXPECT_FALSE(phiz.disk.find_status("/disk/store"));
   EXPECT_NE(phiz.out.find("a: 3 of 3 stages would be computed"), std::string::npos) << phiz.out;
   phiz.run({"fit", "/scans/a.xyz"});
   const auto files = phiz.disk.files_created();
@@ -216,7 +216,7 @@ TEST(Fit, AnInterruptedStageContinuesFromItsCheckpointToTheSameBytes) {
   EXPECT_EQ(phiz.stages.first_step, 5);
   EXPECT_EQ(phiz.stages.runs["read"], 1);
   EXPECT_EQ(phiz.digest_of("a", "finish", "head.glb"), undisturbed.digest_of("a", "finish", "head.glb"));
-  EXPECT_TRUE(phiz.disk.list_folder("/work/store/checkpoints").empty()) << "a finished stage needs none";
+  EXPECT_TRUE(phiz.disk.list_folder("/disk/store/checkpoints").empty()) << "a finished stage needs none";
 }
 
 TEST(Fit, ADamagedObjectIsComputedAnewInTheSameRun) {
@@ -267,7 +267,7 @@ TEST(Fit, ALivingHolderIsRespectedAndADeadOneIsNot) {
     EXPECT_NE(phiz.err.find("is computing it now"), std::string::npos) << phiz.err;
   }
   EXPECT_EQ(phiz.run({"fit", "/scans/a.xyz", "--no-wait"}), 0);
-  EXPECT_TRUE(phiz.disk.list_folder("/work/store/leases").empty());
+  EXPECT_TRUE(phiz.disk.list_folder("/disk/store/leases").empty());
 }
 
 TEST(Fit, TheFrontAnswersFinishedWorkAndLeavesEverythingElseToTheEngine) {

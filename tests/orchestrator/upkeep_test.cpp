@@ -35,7 +35,7 @@ TEST(Verify, ARepairComputesAnewWhatAnyFlippedBitHasSpoilt) {
   const Digest head = whole.digest_of("a", "finish", "head.glb");
   for (const auto& file : whole.disk.list_all_files()) {
     const std::string path = file.string();
-    if (!path.starts_with("/work/store/") || path.find("/logs/") != std::string::npos) continue;
+    if (!path.starts_with("/disk/store/") || path.find("/logs/") != std::string::npos) continue;
     SCOPED_TRACE(path);
     FakePhiz phiz;
     phiz.run({"fit", "/scans/a.xyz", "--set", "join.weight=2", "--look"});
@@ -73,15 +73,15 @@ TEST(Gc, RemovesWhatNoSubjectNeedsAndADryRunSaysSo) {
 TEST(Pack, CarriesASubjectToAnotherStore) {
   FakePhiz phiz, other;
   phiz.run({"fit", "/scans/a.xyz"});
-  EXPECT_EQ(phiz.run({"store", "pack", "a", "-o", "/work/a.tar"}), 0) << phiz.err;
-  EXPECT_EQ(phiz.run({"store", "pack", "none", "-o", "/work/b.tar"}), 2);
-  other.add_file("/work/a.tar", phiz.disk.read_file("/work/a.tar"));
-  EXPECT_EQ(other.run({"store", "unpack", "/work/a.tar"}), 0) << other.err;
+  EXPECT_EQ(phiz.run({"store", "pack", "a", "-o", "/disk/a.tar"}), 0) << phiz.err;
+  EXPECT_EQ(phiz.run({"store", "pack", "none", "-o", "/disk/b.tar"}), 2);
+  other.add_file("/disk/a.tar", phiz.disk.read_file("/disk/a.tar"));
+  EXPECT_EQ(other.run({"store", "unpack", "/disk/a.tar"}), 0) << other.err;
   EXPECT_EQ(other.run({"fit", "/scans/a.xyz"}), 0);
   EXPECT_NE(other.out.find("a: nothing to do"), std::string::npos) << other.out;
-  other.add_file("/work/a.tar", "nonsense");
-  EXPECT_EQ(other.run({"store", "unpack", "/work/a.tar"}), 4);
-  EXPECT_EQ(other.run({"store", "unpack", "/work/none.tar"}), 2);
+  other.add_file("/disk/a.tar", "nonsense");
+  EXPECT_EQ(other.run({"store", "unpack", "/disk/a.tar"}), 4);
+  EXPECT_EQ(other.run({"store", "unpack", "/disk/none.tar"}), 2);
 }
 
 TEST(Many, FailuresAreListedAtTheEndAndFailFastStops) {

@@ -35,7 +35,7 @@ StoreFault fault_of(const Call& call) {
 class StoreTest : public ::testing::Test {
  protected:
   test::MemoryFileSystem disk_;
-  Store store_ = Store::open_or_create(disk_, "/work/store");
+  Store store_ = Store::open_or_create(disk_, "/disk/store");
 };
 
 TEST_F(StoreTest, CommittedOutputsReadBackAndTheResultIsDone) {
@@ -152,7 +152,7 @@ TEST_F(StoreTest, FoldersThatAreNoStoreAreRefused) {
 
 TEST_F(StoreTest, ADamagedMarkerIsSaidToBeDamaged) {
   disk_.flip_bit(store_.layout().marker(), 30);
-  EXPECT_EQ(fault_of([&] { Store::open(disk_, "/work/store"); }), StoreFault::kDamaged);
+  EXPECT_EQ(fault_of([&] { Store::open(disk_, "/disk/store"); }), StoreFault::kDamaged);
 }
 
 TEST_F(StoreTest, SubjectsAreListedSortedAndReadBack) {
