@@ -18,6 +18,7 @@ GlobalFitOptions read_options(TaskContext& context, const ControlMesh& head) {
   options.rounds = context.whole("rounds");
   options.soft_rounds = context.whole("soft_rounds");
   options.soft_weight = context.number("soft_weight");
+  options.hidden_weight = context.number("hidden_weight");
   options.iterations_per_round = context.whole("iterations_per_round");
   options.tolerance = context.number("tolerance");
   options.binding_weight = context.number("binding_weight");

@@ -17,6 +17,8 @@ std::vector<Parameter> describe_stiffness() {
       whole("rounds", defaults.rounds, {1, 1000}, "", "stiffness falls geometrically over these"),
       whole("soft_rounds", defaults.soft_rounds, {0, 1000}, "", "then the shape reached gives way"),
       number("soft_weight", defaults.soft_weight, kWeight, "", "lambda of the soft rounds"),
+      number("hidden_weight", defaults.hidden_weight, kWeight, "",
+             "lambda of lid and lip hems and of the eyes in the soft rounds"),
       whole("iterations_per_round", defaults.iterations_per_round, {1, 1000}, "", "at most"),
       number("tolerance", defaults.tolerance, {0, 1}, "", "least change of energy for another iteration")};
 }
@@ -66,7 +68,7 @@ Task describe_fit_global() {
   task.name = "fit_global";
   task.doc = "the whole control mesh drawn onto the scan, coarse to fine";
   task.source = "Jeong et al. 2002, 4.3";
-  task.version = 3;
+  task.version = 4;
   task.inputs = {output_of("ingest", "cloud.vdb"), output_of("ingest", "ingest.json"),
                  output_of("fit_local", "local.obj"), template_mesh_input(), template_annotations_input()};
   task.outputs = {"control.obj", "fit_global.json"};

@@ -9,7 +9,7 @@ Task describe_ingest() {
   task.name = "ingest";
   task.doc = "raw scan to a clean, upright head in mm, cut at the neck";
   task.source = "stages/ingest/ingest.h";
-  task.version = 1;
+  task.version = 2;
   task.inputs = {scan_input(), template_mesh_input(), template_annotations_input()};
   task.outputs = {"cloud.vdb", "distance.vdb", "ingest.json"};
   task.summary = "ingest.json";

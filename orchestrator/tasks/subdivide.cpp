@@ -6,6 +6,7 @@
 #include "formats/head_asset.h"
 #include "orchestrator/tasks/nouns.h"
 #include "orchestrator/tasks/stages.h"
+#include "stages/geometry/annotations.h"
 
 namespace phiz {
 namespace {
@@ -47,8 +48,8 @@ void run_subdivide(TaskContext& context) {
   const auto hierarchy = load_hierarchy(context, context.whole("levels"));
   const auto scan = load_scan_surface(context, "cloud.vdb");
   const std::vector<Eigen::Vector3d> control = load_control_positions(context, "control.obj");
-  std::vector<bool> measurable(control.size(), true);
-  for (const int vertex_idx : head->annotations.constrained_vertices) measurable[vertex_idx] = false;
+  std::vector<bool> measurable;
+  for (const char hidden : find_hidden(*head)) measurable.push_back(!hidden);
 
   DisplacementOptions options;
   options.bridge_rings = context.number("bridge_rings");

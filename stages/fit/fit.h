@@ -47,6 +47,7 @@ struct GlobalFitOptions {
   int rounds = 8;                     ///< stiffness falls geometrically over these rounds
   int soft_rounds = 2;                ///< then the shape reached is the new rest shape and gives way
   double soft_weight = 0.05;          ///< lambda of the soft rounds
+  double hidden_weight = 10.0;        ///< lambda of hems and eyes in the soft rounds: they stay as stiff
   int iterations_per_round = 3;  ///< at most; a round ends when the energy changes by less than `tolerance`
   double tolerance = 0.01;
   double binding_weight = 0.5;     ///< mu: edges behind the ears and between the lips keep their shape

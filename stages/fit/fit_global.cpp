@@ -6,6 +6,7 @@
 #include "stages/fit/deformation_system.h"
 #include "stages/fit/fit.h"
 #include "stages/fit/folds.h"
+#include "stages/geometry/annotations.h"
 #include "stages/geometry/error.h"
 #include "stages/geometry/half_edge.h"
 #include "stages/geometry/normals.h"
@@ -67,6 +68,7 @@ class GlobalFit {
     }
     const HalfEdgeMesh mesh(head.triangles, static_cast<int>(head.positions.size()));
     face_edges_ = find_face_edges();
+    hidden_ = find_hidden(head);
     for (const auto& loop : mesh.border_loops()) border_.insert(border_.end(), loop.begin(), loop.end());
     systems_[0] = std::make_unique<DeformationSystem>(samples_[0], laplacian_);
     systems_[1] = std::make_unique<DeformationSystem>(samples_[1], laplacian_);
@@ -176,6 +178,8 @@ class GlobalFit {
       for (const int v : triangles[t]) folded[v] = 1;
     for (std::size_t v = 0; v < folded.size(); ++v) system.smooth_weights[v] += kUnfoldWeight * folded[v];
     if (s.soft) {
+      for (std::size_t v = 0; v < hidden_.size(); ++v)
+        system.smooth_weights[v] += options_.hidden_weight * hidden_[v];
       system.delta = laplacian_ * round_start;
     } else {
       system.delta = rest_bend_;
@@ -206,6 +210,7 @@ class GlobalFit {
   Positions rest_, rest_bend_;
   std::vector<int> border_;
   std::vector<std::pair<int, int>> face_edges_;
+  std::vector<char> hidden_;
   StencilMatrix samples_[2];
   std::vector<char> measurable_[2];
   std::unique_ptr<DeformationSystem> systems_[2];

@@ -27,4 +27,17 @@ void require_annotations(const ControlMesh& generic_head) {
       refuse(std::string("no clipping plane '").append(name).append("'"));
 }
 
+std::vector<char> find_hidden(const ControlMesh& generic_head) {
+  std::vector<char> constrained(generic_head.positions.size(), 0);
+  for (const int v : generic_head.annotations.constrained_vertices) constrained[v] = 1;
+  std::vector<char> hidden(constrained);
+  for (const Eigen::Vector3i& t : generic_head.triangles)
+    if (constrained[t[0]] || constrained[t[1]] || constrained[t[2]])
+      hidden[t[0]] = hidden[t[1]] = hidden[t[2]] = 1;
+  const auto eyes = generic_head.annotations.regions.find("eyes");
+  if (eyes != generic_head.annotations.regions.end())
+    for (const int v : eyes->second) hidden[v] = 1;
+  return hidden;
+}
+
 }  // namespace phiz

@@ -16,9 +16,8 @@ struct OrientationGuide {
 };
 
 /// Fills `normals` and `confidences` of a cloud in mm from its positions. A normal is that of the plane
-/// through all points within `radius_mm` (doubled where there are fewer than ten), turned to the side from
-/// which more rays escape the cloud (a head is seen from outside, and the two faces of an ear hide each
-/// other's inner sides), or, in hollows, to the side of the guide. Confidence falls with the scatter about
+/// through all points within `radius_mm` (doubled where there are fewer than ten), turned outward
+/// (outward.h). Confidence falls with the scatter about
 /// the plane. O(N k). Deterministic.
 NormalEstimate estimate_normals(PointCloud& cloud, float radius_mm, const OrientationGuide& guide);
 

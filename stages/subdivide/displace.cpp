@@ -47,10 +47,10 @@ Measured measure_level(const DisplacementGraph& graph, const Eigen::Vector3d* po
   return result;
 }
 
-/// A vertex between two that may not be measured may not be either.
+/// A vertex beside one that may not be measured may not be either.
 void extend_measurable(const SubdivisionHierarchy& hierarchy, int level, std::vector<char>& measurable) {
   for (const SubdivisionHierarchy::Ring& ring : hierarchy.rings(level))
-    measurable.push_back(measurable[ring[3]] || measurable[ring[0]]);
+    measurable.push_back(measurable[ring[3]] && measurable[ring[0]]);
 }
 
 /// Confidences of the whole level. What was not measured at this level, nor bridged, rests on its parents: it

@@ -16,6 +16,7 @@ constexpr std::size_t kGrain = 4096;
 constexpr int kSlopeRounds = 12;
 constexpr int kBridgeRounds = 60;
 constexpr int kTurnRounds = 6;
+constexpr double kSlopeToHeld = 0.3;  ///< of the slope: what is measured beside a hem meets it smoothly
 
 DisplacementGraph build_control_graph(const SubdivisionHierarchy& hierarchy,
                                       const std::vector<Eigen::Vector3d>& positions) {
@@ -126,8 +127,9 @@ void cap_slopes(const DisplacementGraph& graph, double max_slope, DisplacementFi
   for (int round = 0; round < kSlopeRounds && !active.empty(); ++round) {
     const auto excess_at = [&](int v, int i) {
       const int n = graph.neighbours[i];
-      const bool counts = measured(n) || field.states[n] == DisplacementField::kHeld;
-      return counts ? excess(field.values[v], field.values[n], max_slope * graph.lengths[i]) : 0.0;
+      const bool held = field.states[n] == DisplacementField::kHeld;
+      const double allowed = (held ? kSlopeToHeld : 1.0) * max_slope * graph.lengths[i];
+      return held || measured(n) ? excess(field.values[v], field.values[n], allowed) : 0.0;
     };
     std::vector<int> offenders;
     for (const int v : active) {

@@ -41,7 +41,7 @@ struct DisplacementField {
 void reject_spikes(const DisplacementGraph& graph, double max_slope, DisplacementField& field);
 
 /// Relaxes measured values until neighbours differ by at most max_slope times their distance, and a value
-/// from held and old vertices beside it by the same. Of two that are too far apart the one with more such
+/// from old vertices beside it by the same, from held ones by less than a third of it. Of two that are too far apart the one with more such
 /// neighbours moves more, so that a spike gives way and its surroundings hardly do. Fixed rounds in fixed
 /// order.
 void cap_slopes(const DisplacementGraph& graph, double max_slope, DisplacementField& field);

@@ -97,8 +97,8 @@ struct DisplacedSurface {
 /// act, so that evaluate_surface reproduces `positions` bit for bit.
 DisplacedSurface displace(
     const SubdivisionHierarchy& hierarchy, std::span<const Eigen::Vector3d> control_positions,
-    const std::vector<bool>& measurable,  ///< per control vertex; false holds a vertex and what it alone
-                                          ///< supports undisplaced (inner lips)
+    const std::vector<bool>& measurable,  ///< per control vertex; false holds a vertex and those between
+                                          ///< it and the next undisplaced (inner lips)
     const MeasureSurface& measure, const DisplacementOptions& options = {});
 
 }  // namespace phiz

@@ -104,6 +104,25 @@ TEST(EstimateNormals, InAHollowTheGuideDecides) {
   EXPECT_GT(double(right) / double(walls), 0.98);
 }
 
+TEST(EstimateNormals, AHollowFollowsItsRim) {
+  // A dent in a plate, nothing scanned behind it: more rays leave its back than its mouth. The guide knows
+  // the plate only.
+  constexpr float kDepth = 8, kWidth = 4;
+  PointCloud cloud;
+  OrientationGuide guide;
+  for (float y = -30; y <= 30; y += 0.7f)
+    for (float x = -30; x <= 30; x += 0.7f) {
+      const float r = std::hypot(x, y);
+      cloud.positions.emplace_back(x, y, -kDepth * std::exp(-r * r / (2 * kWidth * kWidth)));
+      if (r < 3 * kWidth) continue;
+      guide.positions.emplace_back(x, y, 0.0f);
+      guide.normals.emplace_back(0.0f, 0.0f, 1.0f);
+    }
+  estimate_normals(cloud, 1.6f, guide);
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    ASSERT_GT(cloud.normals[i].z(), 0) << cloud.positions[i].transpose();
+}
+
 TEST(EstimateNormals, LonePointsHaveNoConfidence) {
   PointCloud cloud = make_sphere(5000, 40, 0);
   cloud.positions.emplace_back(300.0f, 0.0f, 0.0f);

@@ -165,7 +165,7 @@ TEST(Displace, SmallHolesAreBridgedAndTheFarSideIsLeftAlone) {
   EXPECT_GT(invented, 50);
 }
 
-TEST(Displace, HeldVerticesAndWhatTheyAloneSupportAreNotMeasured) {
+TEST(Displace, HeldVerticesAndThoseBetweenThemAndTheNextAreNotMeasured) {
   Fixture f(test::icosphere(2), 2, 0.98 * kRadius);
   for (std::size_t v = 0; v < f.control.size(); ++v) f.measurable[v] = f.control[v].y() < 20;
   DisplacementOptions options;
@@ -176,7 +176,7 @@ TEST(Displace, HeldVerticesAndWhatTheyAloneSupportAreNotMeasured) {
   for (int level = 0; level <= 2; ++level) {
     for (int v = static_cast<int>(held.size()); v < f.hierarchy.vertex_count(level); ++v) {
       const Eigen::Vector2i parents = f.hierarchy.parents(level, v);
-      held.push_back(held[parents[0]] && held[parents[1]]);
+      held.push_back(held[parents[0]] || held[parents[1]]);
     }
     for (std::size_t v = 0; v < held.size(); ++v) {
       EXPECT_EQ(surface.confidences[level][v] == 0, held[v] == 1);
