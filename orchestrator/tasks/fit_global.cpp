@@ -30,6 +30,8 @@ GlobalFitOptions read_options(TaskContext& context, const ControlMesh& head) {
   options.slide_weight = context.number("slide_weight");
   options.stretch_weight = context.number("stretch_weight");
   options.neck_weight = context.number("neck_weight");
+  const std::string eyes = context.text("eyes");
+  options.eyes = eyes == "open" ? Eyes::kOpen : eyes == "shut" ? Eyes::kShut : Eyes::kAsTheScan;
   const auto neck = head.annotations.clipping_planes.find("neck");
   if (neck == head.annotations.clipping_planes.end()) {
     throw FormatError(context.describe_input("template.json") + ": it has no clipping plane 'neck'");
@@ -69,7 +71,8 @@ void run_fit_global(TaskContext& context) {
             {{"iterations", result.energies.size()},
              {"energies", result.energies},
              {"mean_distance_mm", result.mean_distance_mm},
-             {"matched_share", result.matched_share}});
+             {"matched_share", result.matched_share},
+             {"eyes", result.eyes_shut ? "shut" : "open"}});
 }
 
 }  // namespace phiz

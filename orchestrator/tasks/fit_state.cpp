@@ -5,11 +5,12 @@
 namespace phiz {
 namespace {
 
-constexpr std::uint64_t kTag = 0x32746966707a6970;  // changes whenever the layout does
+constexpr std::uint64_t kTag = 0x33746966707a6970;  // changes whenever the layout does
 
 struct Header {
   std::uint64_t tag = kTag;
   std::int32_t round = 0, iteration = 0;
+  std::uint64_t eyes_shut = 0;
   std::uint64_t vertices = 0, energies = 0;
 };
 
@@ -31,7 +32,12 @@ ControlPositions take_positions(std::string_view& bytes, std::size_t count) {
 }  // namespace
 
 std::string encode_fit_state(const GlobalFitState& state) {
-  const Header header{kTag, state.round, state.iteration, state.positions.size(), state.energies.size()};
+  const Header header{kTag,
+                      state.round,
+                      state.iteration,
+                      std::uint64_t{state.eyes_shut},
+                      state.positions.size(),
+                      state.energies.size()};
   std::string bytes(reinterpret_cast<const char*>(&header), sizeof header);
   append(bytes, state.positions);
   append(bytes, state.round_start);
@@ -54,6 +60,7 @@ std::optional<GlobalFitState> decode_fit_state(std::string_view bytes, std::size
   GlobalFitState state;
   state.round = header.round;
   state.iteration = header.iteration;
+  state.eyes_shut = header.eyes_shut != 0;
   state.positions = take_positions(bytes, vertex_count);
   state.round_start = take_positions(bytes, vertex_count);
   state.energies.resize(header.energies);

@@ -37,6 +37,8 @@ std::vector<Parameter> describe_energies() {
       number("stretch_weight", defaults.stretch_weight, kWeight, "",
              "share of lambda that resists stretching in the region `face`"),
       number("neck_weight", defaults.neck_weight, kWeight, "", "draws the neck loop to the neck plane"),
+      choice("eyes", "auto", {"auto", "open", "shut"},
+             "of the scan; auto shuts them where shut ones end clearly nearer"),
       number("neck_margin_mm", 1.0, {-100, 100}, "mm", "how far below the neck plane the loop is drawn")};
 }
 
@@ -68,7 +70,7 @@ Task describe_fit_global() {
   task.name = "fit_global";
   task.doc = "the whole control mesh drawn onto the scan, coarse to fine";
   task.source = "Jeong et al. 2002, 4.3";
-  task.version = 4;
+  task.version = 5;
   task.inputs = {output_of("ingest", "cloud.vdb"), output_of("ingest", "ingest.json"),
                  output_of("fit_local", "local.obj"), template_mesh_input(), template_annotations_input()};
   task.outputs = {"control.obj", "fit_global.json"};

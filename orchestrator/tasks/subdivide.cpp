@@ -49,7 +49,7 @@ void run_subdivide(TaskContext& context) {
   const auto scan = load_scan_surface(context, "cloud.vdb");
   const std::vector<Eigen::Vector3d> control = load_control_positions(context, "control.obj");
   std::vector<bool> measurable;
-  for (const char hidden : find_hidden(*head)) measurable.push_back(!hidden);
+  for (const char not_measurable : find_unmeasurable(*head)) measurable.push_back(!not_measurable);
 
   DisplacementOptions options;
   options.bridge_rings = context.number("bridge_rings");

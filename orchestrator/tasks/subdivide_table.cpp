@@ -11,14 +11,14 @@ Task describe_subdivide() {
   task.name = "subdivide";
   task.doc = "Modified Butterfly levels, each displaced along its normals onto the scan";
   task.source = "Jeong et al. 2002, 5";
-  task.version = 4;
+  task.version = 5;
   task.inputs = {output_of("ingest", "cloud.vdb"), output_of("ingest", "ingest.json"),
                  output_of("fit_global", "control.obj"), template_mesh_input(), template_annotations_input()};
   task.outputs = {"head.glb", "subdivide.json"};
   task.summary = "subdivide.json";
   task.parameters = {
       whole("levels", 4, {0, 8}, "", "finest level of the asset").from("paper, 5").with_option("--levels"),
-      number("bandwidth_mm", 0.8, {0.05, 50}, "mm", "least radius of the local surface that is measured"),
+      number("bandwidth_mm", 1.1, {0.05, 50}, "mm", "least radius of the local surface that is measured"),
       number("bandwidth_spacing", 0.25, {0, 10}, "", "its least radius as a share of the edge length"),
       number("reach_mm", 3, {0.1, 100}, "mm", "farthest displacement that is measured"),
       number("reach_spacing", 0.6, {0, 10}, "",

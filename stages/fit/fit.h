@@ -41,6 +41,8 @@ struct LocalFitResult {
 LocalFitResult fit_local(const ScanSurface& scan, const ControlMesh& generic_head,
                          const ControlPositions& aligned, const LocalFitOptions& options = {});
 
+enum class Eyes { kAsTheScan, kOpen, kShut };
+
 struct GlobalFitOptions {
   double smooth_weight_first = 60.0;  ///< lambda of the first round: stiff
   double smooth_weight_last = 20.0;   ///< lambda of the last stiff round
@@ -57,12 +59,14 @@ struct GlobalFitOptions {
   double slide_weight = 0.07;     ///< share of E_dist that also acts along the surface
   double stretch_weight = 0.005;  ///< share of lambda against stretching of the region `face`; stiff rounds
   double neck_weight = 0.05;  ///< draws the neck loop to the plane below; 50 times that in the soft rounds
+  Eyes eyes = Eyes::kAsTheScan;
   std::optional<Plane> neck;  ///< where the scan is cut at the neck (head frame)
 };
 
 /// State between two iterations: all that is needed to go on (a checkpoint).
 struct GlobalFitState {
   int round = 0, iteration = 0;  ///< the next to be made
+  bool eyes_shut = false;        ///< found behind the stiff rounds
   ControlPositions positions;
   ControlPositions round_start;  ///< positions when the current round began
   std::vector<double> energies;  ///< one an iteration
@@ -73,6 +77,7 @@ struct GlobalFitResult {
   std::vector<double> energies;
   double mean_distance_mm = 0;  ///< of the matches at the end
   double matched_share = 0;     ///< share of the surface samples with a match
+  bool eyes_shut = false;
 };
 
 /// Called after every iteration with what has been reached; returning false stops the fit at that point.
@@ -84,7 +89,9 @@ using GlobalFitProgress = std::function<bool(const GlobalFitState&)>;
 /// Butterfly is linear in the control vertices), point to plane with a Geman-McClure weight; matches look for
 /// like normals; rims of holes are refused; E_smooth is the thin-plate energy of the displacement from the
 /// start, in the soft rounds from the shape reached before: first features find their places by stiff
-/// motions, then the surface gives way along its normals. At the end folds are laid flat (folds.h). `resume`
+/// motions, then the surface gives way along its normals. In between it is found out whether the scan's eyes
+/// are shut (eyelids.h): where the scan stands in front of the eyes, both ways are tried and the shut one is
+/// taken if it ends clearly nearer. At the end folds are laid flat (folds.h). `resume`
 /// goes on from a checkpoint and ends in the same bytes as an uninterrupted run. Deterministic.
 GlobalFitResult fit_global(const ScanSurface& scan, const ControlMesh& generic_head,
                            const SubdivisionHierarchy& hierarchy, const ControlPositions& start,

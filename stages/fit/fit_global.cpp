@@ -1,9 +1,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "stages/fit/deformation_system.h"
+#include "stages/fit/eyelids.h"
 #include "stages/fit/fit.h"
 #include "stages/fit/folds.h"
 #include "stages/geometry/annotations.h"
@@ -48,8 +50,11 @@ RoundSettings settings_of(const GlobalFitOptions& o, int round) {
           false};
 }
 
-constexpr double kUnfoldWeight = 10.0;  ///< lambda at folded places
-constexpr double kSoftHold = 5.0;       ///< how much harder soft rounds hold samples against sliding
+constexpr double kUnfoldWeight = 10.0;   ///< lambda at folded places
+constexpr double kSoftHold = 5.0;        ///< how much harder soft rounds hold samples against sliding
+constexpr double kEyesInFrontMm = 0.4;  ///< scan so far in front of open eyes may be lids
+constexpr double kShutGain = 0.93;       ///< misfit of shut eyes against open ones that decides
+constexpr double kUnmeasuredMm = 1.0;    ///< what surface without scan counts in that misfit
 
 class GlobalFit {
  public:
@@ -60,7 +65,9 @@ class GlobalFit {
         hierarchy_(hierarchy),
         options_(options),
         laplacian_(normalised_laplacian(head.triangles, start)),
-        rest_(to_matrix(start)),
+        lids_(head),
+        start_(to_matrix(start)),
+        rest_(start_),
         rest_bend_(laplacian_ * rest_) {
     for (int level : {1, 2}) {
       samples_[level - 1] = compose_stencils(hierarchy, level);
@@ -85,6 +92,34 @@ class GlobalFit {
     return energy;
   }
 
+  /// Whether the eyes of the rest shape are shut.
+  void set_eyes_shut(bool shut) {
+    rest_ = start_;
+    if (shut) shut_eyes(rest_);
+    rest_bend_ = laplacian_ * rest_;
+  }
+  void shut_eyes(Positions& x) const {
+    for (int eye = 0; eye < lids_.eye_count(); ++eye) lids_.shut(eye, x);
+  }
+
+  /// Whether the scan stands in front of open eyes as lids would.
+  bool eyes_are_covered(const Positions& x) const {
+    double sum = 0, count = 0;
+    for (int eye = 0; eye < lids_.eye_count(); ++eye)
+      for (const double offset_mm : measure_front(x, lids_.inside(eye)))
+        if (std::isfinite(offset_mm)) sum += offset_mm, ++count;
+    return count > 0 && sum > kEyesInFrontMm * count;
+  }
+
+  /// Mean distance in mm between the scan and what is seen of eyes and lids from the front.
+  double measure_eyes(const Positions& x) const {
+    double sum = 0, count = 0;
+    for (int eye = 0; eye < lids_.eye_count(); ++eye)
+      for (const double offset_mm : measure_front(x, lids_.moved(eye)))
+        sum += std::isfinite(offset_mm) ? std::abs(offset_mm) : kUnmeasuredMm, ++count;
+    return count > 0 ? sum / count : 0.0;
+  }
+
   /// Lays flat what is still folded.
   void lay_flat(Positions& x) const { lay_folds_flat({hierarchy_, samples_, laplacian_, rest_}, x); }
 
@@ -94,6 +129,27 @@ class GlobalFit {
   double matched_share() const { return matched_share_; }
 
  private:
+  /// Offsets of the scan along the normals of level 2 where that hangs on `vertices` and looks forward; not a
+  /// number where nothing is found.
+  std::vector<double> measure_front(const Positions& x, const std::vector<int>& vertices) const {
+    constexpr double kShare = 0.95, kForward = 0.3;
+    constexpr float kBandwidthMm = 0.8f, kReachMm = 3.0f;
+    std::vector<char> wanted(x.rows(), 0);
+    for (const int v : vertices) wanted[v] = 1;
+    const auto positions = to_vector(samples_[1] * x);
+    const auto normals = compute_vertex_normals(positions, hierarchy_.triangles(2));
+    std::vector<double> offsets;
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      double share = 0;
+      for (StencilMatrix::InnerIterator it(samples_[1], i); it; ++it) share += wanted[it.col()] * it.value();
+      if (share < kShare || normals[i].z() < kForward) continue;
+      const auto found =
+          scan_.measure(positions[i].cast<float>(), normals[i].cast<float>(), kBandwidthMm, kReachMm);
+      offsets.push_back(found.confidence > 0 ? found.offset_mm : std::numeric_limits<double>::quiet_NaN());
+    }
+    return offsets;
+  }
+
   /// Edges inside the region `face`, each once.
   std::vector<std::pair<int, int>> find_face_edges() const {
     const auto face = head_.annotations.regions.find("face");
@@ -207,7 +263,8 @@ class GlobalFit {
   const SubdivisionHierarchy& hierarchy_;
   const GlobalFitOptions& options_;
   StencilMatrix laplacian_;
-  Positions rest_, rest_bend_;
+  Eyelids lids_;
+  Positions start_, rest_, rest_bend_;
   std::vector<int> border_;
   std::vector<std::pair<int, int>> face_edges_;
   std::vector<char> hidden_;
@@ -221,6 +278,31 @@ double area_of(const ControlPositions& p, const std::vector<Eigen::Vector3i>& tr
   double area = 0;
   for (const auto& t : triangles) area += 0.5 * (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]).norm();
   return area;
+}
+
+/// Misfit of eyes and lids where soft rounds from x end, with the eyes of the fit as they are.
+double try_soft_rounds(GlobalFit& fit, Positions x, const GlobalFitOptions& options) {
+  for (int round = 0; round < options.soft_rounds; ++round) {
+    const Positions round_start = x;
+    for (int i = 0; i < options.iterations_per_round; ++i)
+      fit.step(x, round_start, settings_of(options, options.rounds + round));
+  }
+  return fit.measure_eyes(x);
+}
+
+/// Behind the stiff rounds: whether the scan's eyes are shut. The fit's eyes and x are so afterwards.
+bool settle_eyes(GlobalFit& fit, Positions& x, const GlobalFitOptions& options) {
+  bool shut = options.eyes == Eyes::kShut;
+  Positions with_shut = x;
+  fit.shut_eyes(with_shut);
+  if (options.eyes == Eyes::kAsTheScan && options.soft_rounds > 0 && fit.eyes_are_covered(x)) {
+    const double open_misfit = try_soft_rounds(fit, x, options);
+    fit.set_eyes_shut(true);
+    shut = try_soft_rounds(fit, with_shut, options) < kShutGain * open_misfit;
+  }
+  fit.set_eyes_shut(shut);
+  if (shut) x = with_shut;
+  return shut;
 }
 
 /// A fit that collapsed, blew up or found next to nothing to hold on to is no head.
@@ -248,6 +330,7 @@ GlobalFitResult fit_global(const ScanSurface& scan, const ControlMesh& generic_h
   } else {
     state.positions = state.round_start = start;
   }
+  fit.set_eyes_shut(state.eyes_shut);
   Positions x = to_matrix(state.positions);
   for (const int rounds = options.rounds + options.soft_rounds; state.round < rounds;) {
     const RoundSettings settings = settings_of(options, state.round);
@@ -259,6 +342,10 @@ GlobalFitResult fit_global(const ScanSurface& scan, const ControlMesh& generic_h
     if (settled || ++state.iteration >= options.iterations_per_round) {
       ++state.round;
       state.iteration = 0;
+      if (state.round == options.rounds) {
+        state.eyes_shut = settle_eyes(fit, x, options);
+        state.positions = to_vector(x);
+      }
       state.round_start = state.positions;
     }
     if (progress && !progress(state)) break;
@@ -268,7 +355,7 @@ GlobalFitResult fit_global(const ScanSurface& scan, const ControlMesh& generic_h
   fit.measure(x, settings_of(options, std::min(state.round, options.rounds + options.soft_rounds - 1)));
   check_result(fit, state, to_vector(x), start, generic_head.triangles);
   if (!x.allFinite()) throw NumericalFailure("the global fit diverged");
-  return {to_vector(x), state.energies, fit.mean_distance_mm(), fit.matched_share()};
+  return {to_vector(x), state.energies, fit.mean_distance_mm(), fit.matched_share(), state.eyes_shut};
 }
 
 }  // namespace phiz

@@ -12,6 +12,17 @@ namespace {
                      "samples/generic_head/head.json has all that is needed");
 }
 
+void add_neighbours(const std::vector<Eigen::Vector3i>& triangles, const std::vector<char>& of,
+                    std::vector<char>& marks) {
+  for (const Eigen::Vector3i& t : triangles)
+    if (of[t[0]] || of[t[1]] || of[t[2]]) marks[t[0]] = marks[t[1]] = marks[t[2]] = 1;
+}
+
+std::vector<int> region_of(const ControlMesh& head, const char* name) {
+  const auto region = head.annotations.regions.find(name);
+  return region == head.annotations.regions.end() ? std::vector<int>{} : region->second;
+}
+
 }  // namespace
 
 void require_annotations(const ControlMesh& generic_head) {
@@ -31,13 +42,17 @@ std::vector<char> find_hidden(const ControlMesh& generic_head) {
   std::vector<char> constrained(generic_head.positions.size(), 0);
   for (const int v : generic_head.annotations.constrained_vertices) constrained[v] = 1;
   std::vector<char> hidden(constrained);
-  for (const Eigen::Vector3i& t : generic_head.triangles)
-    if (constrained[t[0]] || constrained[t[1]] || constrained[t[2]])
-      hidden[t[0]] = hidden[t[1]] = hidden[t[2]] = 1;
-  const auto eyes = generic_head.annotations.regions.find("eyes");
-  if (eyes != generic_head.annotations.regions.end())
-    for (const int v : eyes->second) hidden[v] = 1;
+  add_neighbours(generic_head.triangles, constrained, hidden);
+  for (const int v : region_of(generic_head, "eyes")) hidden[v] = 1;
   return hidden;
+}
+
+std::vector<char> find_unmeasurable(const ControlMesh& generic_head) {
+  std::vector<char> unmeasurable = find_hidden(generic_head);
+  std::vector<char> hem(unmeasurable.size(), 0);
+  for (const int v : region_of(generic_head, "eyelids")) hem[v] = unmeasurable[v];
+  add_neighbours(generic_head.triangles, hem, unmeasurable);
+  return unmeasurable;
 }
 
 }  // namespace phiz

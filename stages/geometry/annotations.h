@@ -16,4 +16,8 @@ void require_annotations(const ControlMesh& generic_head);
 /// Its shape comes from the generic head. O(vertices + triangles).
 std::vector<char> find_hidden(const ControlMesh& generic_head);
 
+/// As find_hidden, with the neighbours of hidden vertices in the region `eyelids` too: the edges of the lids,
+/// which a fit may move but which are too thin and too near the eye for details to be measured.
+std::vector<char> find_unmeasurable(const ControlMesh& generic_head);
+
 }  // namespace phiz

@@ -51,6 +51,7 @@ GlobalFitState random_state(int vertex_count) {
   GlobalFitState state;
   state.round = 3;
   state.iteration = 1;
+  state.eyes_shut = true;
   state.positions = random_positions(vertex_count);
   state.round_start = random_positions(vertex_count);
   state.energies = {0.1, 1.0 / 3, 1e300};
@@ -63,6 +64,7 @@ TEST(FitState, ReadsBackBitForBit) {
   ASSERT_TRUE(read);
   EXPECT_EQ(read->round, 3);
   EXPECT_EQ(read->iteration, 1);
+  EXPECT_TRUE(read->eyes_shut);
   EXPECT_EQ(read->positions, state.positions);
   EXPECT_EQ(read->round_start, state.round_start);
   EXPECT_EQ(read->energies, state.energies);

@@ -31,5 +31,14 @@ TEST(FindHidden, ConstrainedVerticesTheirNeighboursAndTheEyes) {
   EXPECT_EQ(find_hidden(mesh), (std::vector<char>{1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 1, 0}));
 }
 
+TEST(FindUnmeasurable, AddsTheEdgesOfLids) {
+  ControlMesh mesh = make_strip(5);
+  mesh.annotations.constrained_vertices = {2};
+  EXPECT_EQ(find_unmeasurable(mesh), find_hidden(mesh));
+  mesh.annotations.regions["eyelids"] = {2, 3, 4, 5, 6};
+  //                                                    0  1  2  3  4  5  6  7  8  9 10 11
+  EXPECT_EQ(find_unmeasurable(mesh), (std::vector<char>{1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0}));
+}
+
 }  // namespace
 }  // namespace phiz
