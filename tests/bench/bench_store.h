@@ -15,6 +15,7 @@ struct StoreBench {
   const ScratchFolder& scratch;
   bool is_long = false;
   std::filesystem::path build_folder;  ///< where the tests lie
+  std::filesystem::path record;        ///< long runs are written down there piece by piece; may be empty
 };
 
 /// Small scans made by `phiz synth`, fitted in about half a second each.
