@@ -50,9 +50,10 @@ struct Toll {
   int kills = 0, corrupt = 0, lost = 0, failed = 0, stale = 0, different = 0;
 };
 
-/// Four processes at once, each killed at a random instant; then what must hold.
-void kill_four(const fs::path& store, const fs::path& list, double horizon_s, std::mt19937_64& random,
-               std::set<std::string>& seen, Toll& toll) {
+/// Four processes at once, each killed at a random instant; then what must hold. How many of them came to
+/// their end.
+int kill_four(const fs::path& store, const fs::path& list, double horizon_s, std::mt19937_64& random,
+              std::set<std::string>& seen, Toll& toll) {
   std::vector<std::thread> threads;
   std::atomic<int> kills = 0, failed = 0;
   for (int i = 0; i < 4; ++i) {
@@ -66,11 +67,12 @@ void kill_four(const fs::path& store, const fs::path& list, double horizon_s, st
   for (std::thread& thread : threads) thread.join();
   toll.kills += kills;
   toll.failed += failed;
-  if (!fs::exists(store / "phiz-store.json")) return;
+  if (!fs::exists(store / "phiz-store.json")) return 4 - kills;
   if (run_phiz(store, {"store", "verify", "-q"}).exit_code != 0) ++toll.corrupt;
   const std::set<std::string> now = list_files(store / "results");
   for (const std::string& result : seen) toll.lost += !now.contains(result);
   seen.insert(now.begin(), now.end());
+  return 4 - kills;
 }
 
 }  // namespace
@@ -105,13 +107,18 @@ void measure_kills(const StoreBench& bench) {
   const std::string outputs = list_outputs(whole);
   if (undisturbed.exit_code != 0 || outputs.empty())
     return bench.board.add_missing("kills", at_least(wanted), "phiz fit: " + undisturbed.err);
+  // Instants within what is left to do, however busy the machine is.
+  double horizon_s = undisturbed.seconds;
   while (tally["kills"] < wanted) {
     std::mt19937_64 random(8 + static_cast<std::uint64_t>(tally.pieces()));
     Toll toll;
     const fs::path store = bench.scratch / fmt::format("killed{}", tally.pieces());
     std::set<std::string> seen;
-    for (int i = 0; i < 6 && tally["kills"] + toll.kills < wanted; ++i)
-      kill_four(store, list, undisturbed.seconds, random, seen, toll);
+    for (int i = 0; i < 6 && tally["kills"] + toll.kills < wanted; ++i) {
+      const int ended = kill_four(store, list, horizon_s, random, seen, toll);
+      horizon_s = std::clamp(horizon_s * (ended > 0 ? 0.7 : 1.2), 0.2, 60.0);
+      if (ended > 0) break;  // all is finished
+    }
     toll.failed += fit_list(store, list, {}).exit_code != 0;
     toll.different += list_outputs(store) != outputs;
     toll.stale += static_cast<int>(list_files(store / "leases").size());

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <chrono>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <random>
@@ -105,7 +106,13 @@ std::string SlurmCluster::find_obstacle() {
   return {};
 }
 
-SlurmCluster::SlurmCluster(const fs::path& folder, int max_array_size) : folder_(folder) {
+SlurmCluster::SlurmCluster(int max_array_size) {
+  // A short name: the paths of sockets hold 108 bytes.
+  std::string name = (fs::temp_directory_path() / "slurm-XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder: " + name);
+  folder_ = name;
+  fs::permissions(folder_, fs::perms::owner_all | fs::perms::group_read | fs::perms::group_exec |
+                               fs::perms::others_read | fs::perms::others_exec);
   for (const char* part : {"run", "state", "log", "spool-n1", "spool-n2"})
     fs::create_directories(folder_ / part);
   std::ofstream key(folder_ / "munge.key", std::ios::binary);
@@ -128,7 +135,8 @@ SlurmCluster::SlurmCluster(const fs::path& folder, int max_array_size) : folder_
     if (said.starts_with("idle 2")) return;
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
-  throw std::runtime_error("Slurm did not come up: " + ask({"sinfo"}));
+  throw std::runtime_error("Slurm did not come up: " + ask({"sinfo"}) +
+                           read_file(folder_ / "log/slurmctld.log"));
 }
 
 SlurmCluster::~SlurmCluster() {
@@ -137,6 +145,8 @@ SlurmCluster::~SlurmCluster() {
   for (const std::string& node : kNodes) kill_node(node);
   end_process(folder_ / "run/munged.pid");
   ::unsetenv("SLURM_CONF");
+  std::error_code error;
+  fs::remove_all(folder_, error);
 }
 
 void SlurmCluster::write_configuration(int max_array_size) const {

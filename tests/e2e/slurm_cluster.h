@@ -6,7 +6,7 @@
 
 namespace phiz::test {
 
-/// A real Slurm of two nodes on this machine's loopback, in a folder of its own: munged, slurmctld, two
+/// A real Slurm of two nodes on this machine's loopback, in a temporary folder: munged, slurmctld, two
 /// slurmd. Sets SLURM_CONF for this process and those it starts. Everything it started is ended by the
 /// destructor, by number.
 class SlurmCluster {
@@ -15,7 +15,7 @@ class SlurmCluster {
   static std::string find_obstacle();
 
   /// Throws std::runtime_error if it does not come up within half a minute.
-  explicit SlurmCluster(const std::filesystem::path& folder, int max_array_size);
+  explicit SlurmCluster(int max_array_size);
   ~SlurmCluster();
   SlurmCluster(const SlurmCluster&) = delete;
   SlurmCluster& operator=(const SlurmCluster&) = delete;
