@@ -11,6 +11,8 @@
 #include "orchestrator/error.h"
 #include "orchestrator/executors/slurm.h"
 #include "store/error.h"
+#include "store/run_log.h"
+#include "store/sealed_json.h"
 
 namespace phiz {
 namespace {
@@ -120,7 +122,8 @@ class Submission {
       return kExitDone;
     }
     request_.subject_count = unfinished.size();
-    request_.list = request_.logs + "/" + request_.name + ".csv";
+    const std::string list = format_subject_list(unfinished);
+    request_.list = request_.logs + "/" + make_checked_name(request_.name, list, ".csv");
     request_.max_array_size = find_max_array_size(run_);
     const std::vector<SlurmJob> jobs = plan_slurm_jobs(make_options(), request_);
     if (session_.globals().is_dry_run) return show(jobs);
@@ -128,12 +131,12 @@ class Submission {
     if (!queued.empty()) return say_queued(queued);
     const Store store = session_.open_or_create_store();
     store.files().make_folders(request_.logs);
-    write(request_.list, format_subject_list(unfinished));
+    write(request_.list, list);
     for (const SlurmJob& job : jobs) {
       const std::string script = script_of(job);
       write(script, job.script);
       ids_.push_back(submit_job(run_, script, format_dependency(job, ids_)));
-      write(record(), ordered_json{{"jobs", ids_}}.dump() + "\n");  // at once: sbatch may refuse the next one
+      write(record(), seal_json({{"jobs", ids_}}));  // at once: sbatch may refuse the next one
       session_.print(fmt::format("job {}: {}", ids_.back(), job.name));
       session_.print_json({{"type", "job"}, {"job", ids_.back()}, {"name", job.name}, {"script", script}});
     }
@@ -170,7 +173,7 @@ class Submission {
 
   std::string record() const { return request_.logs + "/" + request_.name + ".json"; }
   std::string script_of(const SlurmJob& job) const {
-    return request_.logs + "/" + request_.name + "-" + job.name + ".sh";
+    return request_.logs + "/" + make_checked_name(request_.name + "-" + job.name, job.script, ".sh");
   }
 
   void write(const std::string& file, const std::string& text) const {
@@ -196,7 +199,9 @@ class Submission {
 
   std::vector<std::string> find_queued() const {
     if (!session_.files().find_status(record())) return {};
-    const auto object = nlohmann::json::parse(session_.files().read_file(record(), 1 << 20), nullptr, false);
+    const std::string text = session_.files().read_file(record(), 1 << 20);
+    if (!is_sealed_well(text)) return {};
+    const auto object = nlohmann::json::parse(text, nullptr, false);
     if (!object.is_object() || !object.contains("jobs")) return {};
     std::vector<std::string> ids;
     for (const auto& id : object["jobs"]) {

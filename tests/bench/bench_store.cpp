@@ -25,6 +25,7 @@ int run(int argc, char** argv) {
       {"write", measure_write_path},
       {"overhead", measure_overhead},
       {"kills", measure_kills},
+      {"lost", measure_lost_work},
       {"sharing", measure_sharing},
       {"gc", measure_collecting},
       {"rot", measure_rot},

@@ -169,7 +169,8 @@ TEST(SlurmFit, SubmitsWhatIsNotFinishedAndTheTaskDoesIt) {
   EXPECT_EQ(phiz.run({"fit", "--list", "/scans/list.csv", "--executor", "slurm"}), 0) << phiz.err;
   ASSERT_EQ(slurm.calls.size(), 1u) << phiz.out;
   const std::string script = phiz.disk.read_file(slurm.calls[0].back());
-  const std::string list = script.substr(script.find("--list ") + 7, 39);
+  const std::size_t at = script.find("--list ") + 7;
+  const std::string list = script.substr(at, script.find(' ', at) - at);
   EXPECT_EQ(parse_subject_list(phiz.disk.read_file(list), "it").size(), 1u) << "a is finished";
   EXPECT_EQ(phiz.stages.runs["join"], 1) << "submitting computes nothing";
   EXPECT_EQ(phiz.run({"fit", "--list", list, "--slice", "1/1"}), 0) << phiz.err;
