@@ -14,14 +14,14 @@
 
 #include "formats/content_seal.h"
 #include "formats/error.h"
+#include "formats/exr_header.h"
 #include "formats/image.h"
 #include "formats/text.h"
 
 namespace phiz {
 namespace {
 
-constexpr int kLargestSide = 16384;
-constexpr std::size_t kMostValuesPerByte = 1040;  // deflate holds up to 1032 bytes in one
+constexpr int kLargestSide = kLargestExrSide;
 constexpr const char* kSealName = "phizSeal";
 constexpr std::size_t kSealLength = 64;
 
@@ -140,38 +140,10 @@ std::size_t find_seal(const std::string& bytes) {
   return whole ? at + entry.size() : std::string::npos;
 }
 
-/// OpenEXR makes room for an attribute before it reads it: no attribute may claim more than the file has.
-void check_header(std::string_view bytes) {
-  constexpr std::uint32_t kDeepOrMultipart = 0x1800;
-  std::uint32_t version = 0;
-  if (!bytes.starts_with("\x76\x2f\x31\x01") || bytes.size() < 8)
-    throw FormatError("is not an EXR file (byte 0)");
-  std::memcpy(&version, bytes.data() + 4, 4);
-  if ((version & kDeepOrMultipart) != 0) throw FormatError("is a deep or multi-part EXR (byte 4)");
-  std::size_t at = 8;
-  const auto skip_text = [&bytes, &at] {
-    const std::size_t end = bytes.find('\0', at);
-    const bool empty = end == at;
-    at = end == std::string_view::npos ? end : end + 1;
-    return !empty;
-  };
-  while (at < bytes.size() && skip_text()) {
-    std::uint32_t length = 0;
-    if (at < bytes.size()) skip_text();
-    if (at > bytes.size() || bytes.size() - at < 4) throw FormatError("ends within its header");
-    std::memcpy(&length, bytes.data() + at, 4);
-    at += 4;
-    if (length > bytes.size() - at)
-      throw FormatError("an attribute claims too much (byte " + std::to_string(at) + ")");
-    at += length;
-  }
-  if (at >= bytes.size()) throw FormatError("ends within its header");
-}
-
 FloatImage decode(const std::string& bytes) {
   static const bool limited = (Imf::Header::setMaxImageSize(kLargestSide, kLargestSide), true);
   static_cast<void>(limited);
-  check_header(bytes);
+  check_exr_header(bytes);
   MemoryReader stream(bytes);
   Imf::InputFile file(stream, 0);
   const Imf::Header& header = file.header();
@@ -183,16 +155,11 @@ FloatImage decode(const std::string& bytes) {
   }
   FloatImage image{static_cast<int>(width), static_cast<int>(height), {}, {}};
   const auto pixel_count = static_cast<std::size_t>(width * height);
-  std::size_t channel_count = 0;
   for (auto channel = header.channels().begin(); channel != header.channels().end(); ++channel) {
-    ++channel_count;
     if (channel.channel().xSampling != 1 || channel.channel().ySampling != 1) {
       throw FormatError(std::string("channel ") + channel.name() + " is subsampled");
     }
   }
-  if (channel_count == 0) throw FormatError("has no channels");
-  if (pixel_count * channel_count / kMostValuesPerByte > bytes.size())
-    throw FormatError("claims more than it holds");
   Imf::FrameBuffer buffer;
   for (auto channel = header.channels().begin(); channel != header.channels().end(); ++channel) {
     std::vector<float>& values = image.channels[channel.name()];

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "orchestrator/child_program.h"
 #include "orchestrator/pipeline.h"
 #include "orchestrator/stop.h"
 #include "store/file_system.h"
@@ -30,6 +31,8 @@ struct Environment {
   std::filesystem::path program_folder;  ///< where the program lies; empty if unknown
   bool err_is_terminal = false;
   bool is_front = false;  ///< only tables are linked: what needs more throws EngineNeeded
+  std::function<ChildAnswer(const std::vector<std::string>& argv)> run_child =
+      run_child_program;  ///< other programs
 };
 
 }  // namespace phiz

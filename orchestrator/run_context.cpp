@@ -8,7 +8,6 @@ namespace phiz {
 namespace {
 
 constexpr std::chrono::milliseconds kProgressPeriod{50};
-constexpr std::chrono::milliseconds kCheckpointPeriod{250};
 
 }  // namespace
 
@@ -74,8 +73,8 @@ void RunContext::progress(double fraction, std::optional<double> residual) {
   }
 }
 
-bool RunContext::checkpoint_due() const {
-  return Clock::now() - last_checkpoint_ >= kCheckpointPeriod;
+bool RunContext::checkpoint_due(double seconds) const {
+  return Clock::now() - last_checkpoint_ >= std::chrono::duration<double>(seconds);
 }
 
 void RunContext::save_checkpoint(std::span<const std::byte> bytes) {

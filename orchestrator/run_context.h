@@ -43,7 +43,7 @@ class RunContext final : public TaskContext {
   void note(const std::string& line) override { world_.reporter.note(world_.place, line); }
   bool stop_requested() const override { return world_.stop.signal() != 0; }
   std::optional<std::string> load_checkpoint() override { return checkpoint_.load(); }
-  bool checkpoint_due() const override;
+  bool checkpoint_due(double seconds) const override;
   void save_checkpoint(std::span<const std::byte> bytes) override;
 
   const Checkpoint& checkpoint() const { return checkpoint_; }

@@ -105,6 +105,18 @@ class Crew {
   std::exception_ptr fatal_;
 };
 
+/// Leases that processes left behind which were killed between their commit and giving the lease back. They
+/// keep nobody from anything; nobody would look at them again either.
+void remove_left_leases(const RunServices& services) {
+  try {
+    for (const LeaseTable::Entry& lease : services.leases.list()) {
+      if (lease.is_dead && services.store.find_done_result(lease.key)) services.leases.break_lease(lease.key);
+    }
+  } catch (const StoreError&) {
+    // The work is done; the next run, or `store unlock`, tries again.
+  }
+}
+
 }  // namespace
 
 std::uint64_t estimate_memory_bytes(std::uint64_t scan_bytes) {
@@ -126,6 +138,7 @@ std::vector<SubjectOutcome> run_subjects(const std::vector<SubjectJob>& jobs, co
   crew.work();
   for (std::thread& other : others) other.join();
   std::vector<SubjectOutcome> outcomes = crew.take_outcomes();
+  if (!options.is_dry_run) remove_left_leases(services);
   services.reporter.end(outcomes, jobs.size());
   return outcomes;
 }

@@ -51,9 +51,9 @@ class TaskContext {
   virtual bool stop_requested() const = 0;
 
   // Checkpoints: the latest state saved under this very key, and a way to save one. Saving costs two syncs,
-  // so ask checkpoint_due() first (true when enough work would be lost).
+  // so ask checkpoint_due() first (true when so many seconds of work would be lost; more for a large state).
   virtual std::optional<std::string> load_checkpoint() = 0;
-  virtual bool checkpoint_due() const = 0;
+  virtual bool checkpoint_due(double seconds = 0.25) const = 0;
   virtual void save_checkpoint(std::span<const std::byte> bytes) = 0;
 };
 

@@ -3,92 +3,22 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "store/error.h"
 #include "store/sealed_json.h"
+#include "store/tar.h"
 
 namespace phiz {
 namespace {
 
-constexpr std::size_t kBlock = 512;
-constexpr std::size_t kNameBytes = 100, kSizeAt = 124, kSizeDigits = 11, kSumAt = 148, kSumBytes = 8,
-                      kTypeAt = 156;
-
-// Members of a tar -----------------------------------------------------------------------------------------
-
-std::size_t padded(std::size_t bytes) {
-  return (bytes + kBlock - 1) / kBlock * kBlock;
-}
-
-unsigned sum_of(std::string_view header) {
-  unsigned sum = 0;
-  for (std::size_t i = 0; i < kBlock; ++i) {
-    const bool is_sum = i >= kSumAt && i < kSumAt + kSumBytes;
-    sum += is_sum ? ' ' : static_cast<unsigned char>(header[i]);
-  }
-  return sum;
-}
-
-void add_member(std::string& archive, const std::string& name, std::string_view bytes) {
-  std::string header(kBlock, '\0');
-  const auto put = [&](std::size_t at, const std::string& text) { header.replace(at, text.size(), text); };
-  put(0, name);
-  put(100, "0000444");
-  put(108, "0000000");
-  put(116, "0000000");
-  put(kSizeAt, fmt::format("{:011o}", bytes.size()));
-  put(136, "00000000000");
-  put(kTypeAt, "0");
-  put(257, std::string("ustar\0", 6) + "00");
-  put(kSumAt, fmt::format("{:06o}", sum_of(header)) + std::string("\0 ", 2));
-  archive += header;
-  archive += bytes;
-  archive.resize(padded(archive.size()));
-}
-
-struct Member {
-  std::string name;
-  std::string_view bytes;
-};
+const std::string kMarker = "phiz-pack.json";
+constexpr std::uint64_t kMaxJsonBytes = 16 << 20;
 
 [[noreturn]] void fail(const std::string& what) {
   throw StoreError(StoreFault::kDamaged, "the pack: " + what);
 }
-
-std::uint64_t parse_octal(std::string_view digits) {
-  std::uint64_t value = 0;
-  for (const char c : digits) {
-    if (c < '0' || c > '7') fail("a length is not one");
-    value = 8 * value + static_cast<std::uint64_t>(c - '0');
-  }
-  return value;
-}
-
-std::vector<Member> split(std::string_view archive) {
-  std::vector<Member> members;
-  std::size_t at = 0;
-  for (;;) {
-    if (archive.size() - at < kBlock) fail("cut short");
-    const std::string_view header = archive.substr(at, kBlock);
-    if (header.find_first_not_of('\0') == std::string_view::npos) return members;
-    at += kBlock;
-    if (parse_octal(header.substr(kSumAt, 6)) != sum_of(header)) fail("a header's sum is wrong");
-    if (header[kTypeAt] != '0') fail("a member that is no plain file");
-    const std::uint64_t size = parse_octal(header.substr(kSizeAt, kSizeDigits));
-    if (size > archive.size() - at || padded(size) > archive.size() - at) fail("cut short");
-    const std::string_view name = header.substr(0, kNameBytes);
-    members.push_back({std::string(name.substr(0, name.find('\0'))), archive.substr(at, size)});
-    at += padded(size);
-  }
-}
-
-// What a pack holds ----------------------------------------------------------------------------------------
-
-const std::string kMarker = "phiz-pack.json";
 
 std::string marker_text() {
   return seal_json({{"format_version", 1}, {"created_by", "phiz"}});
@@ -105,112 +35,215 @@ std::optional<Digest> result_named(const std::string& name) {
 }
 
 bool is_subject_name(const std::string& name) {
-  return name.starts_with("subjects/") && name.ends_with(".json") &&
+  return name.starts_with("subjects/") && name.ends_with(".json") && name.size() >= 14 &&
          std::all_of(name.begin() + 9, name.end() - 5, [](char c) { return c >= '0' && c <= '9'; });
 }
 
-/// Everything checked, nothing written.
+/// Writes the members, each once.
+class Packer {
+ public:
+  Packer(const Store& store, const WritePack& write) : store_(store), write_(write) {}
+
+  void pack(const std::vector<std::string>& names) {
+    add_member(kMarker, marker_text());
+    std::vector<SubjectRecord> records;
+    for (const std::string& name : std::set<std::string>(names.begin(), names.end())) {
+      auto record = store_.find_subject(name);
+      if (!record) throw StoreError(StoreFault::kMissing, "the store has no subject '" + name + "'");
+      record->history.clear();  // of results that stay behind
+      record->scan_stamp.clear();
+      for (const auto& [stage, key] : record->results) add_result(key);
+      records.push_back(std::move(*record));
+    }
+    int number = 0;
+    for (const SubjectRecord& record : records)
+      add_member(fmt::format("subjects/{:06}.json", ++number), format_subject(record));
+    write_(std::string(2 * kTarBlock, '\0'));
+  }
+
+ private:
+  void add_member(const std::string& name, std::string_view bytes) const {
+    write_(make_tar_header(name, bytes.size()));
+    write_(bytes);
+    write_(std::string(tar_padding(bytes.size()), '\0'));
+  }
+
+  void add_object(const Digest& digest) {
+    const std::string hex = digest.hex(), name = "objects/" + hex.substr(0, 2) + "/" + hex.substr(2);
+    if (added_.insert(name).second) add_member(name, store_.read_object(digest));
+  }
+
+  /// What a current result needs, then the result.
+  void add_result(const Digest& key) {
+    const std::string name = "results/" + key.hex() + ".json";
+    if (!added_.insert(name).second) return;
+    const auto result = store_.find_done_result(key);
+    if (!result) {
+      throw StoreError(StoreFault::kMissing, "result " + key.hex() + " is not whole", "run phiz fit again");
+    }
+    for (const auto& [output, object] : result->outputs) add_object(object.digest);
+    for (const KeyText::Entry& entry : result->key_text.entries()) {
+      const auto digest = entry.tag == "input" ? parse_digest(entry.value) : std::nullopt;
+      if (digest && store_.find_object_size(*digest)) add_object(*digest);
+    }
+    add_member(name, store_.files().read_file(store_.layout().result(key)));
+  }
+
+  const Store& store_;
+  const WritePack& write_;
+  std::set<std::string> added_;
+};
+
+/// A pack that is whole and well, without its objects.
 struct Contents {
-  std::vector<std::string_view> objects;
+  std::set<Digest> objects;
   std::vector<Result> results;
   std::vector<SubjectRecord> subjects;
 };
 
-Contents check(std::string_view archive) {
-  const std::vector<Member> members = split(archive);
-  if (members.empty() || members.front().name != kMarker || members.front().bytes != marker_text()) {
-    fail("not a pack of this format version");
+/// Looks at every byte and writes nothing: objects are hashed as they come.
+class Checker {
+ public:
+  Contents check(const ReadPack& read) {
+    TarReader reader({[this](const std::string& name, std::uint64_t size) { begin(name, size); },
+                      [this](std::string_view bytes) { take(bytes); }, [this] { end(); }});
+    read([&](std::string_view bytes) { reader.feed(bytes); });
+    reader.finish();
+    if (names_.empty()) fail("not a pack of this format version");
+    return std::move(contents_);
   }
-  Contents contents;
-  std::set<std::string> names;
-  for (const Member& member : members) {
-    if (!names.insert(member.name).second) fail("two members of one name");
-    if (member.name == kMarker) continue;
-    if (const auto object = object_named(member.name)) {
-      if (compute_digest(member.bytes) != *object) fail(member.name + " has other bytes than its name says");
-      contents.objects.push_back(member.bytes);
-    } else if (const auto key = result_named(member.name)) {
-      contents.results.push_back(parse_result(member.bytes, "the pack: " + member.name));
-      if (contents.results.back().key() != *key) fail(member.name + " is the result of another key");
-    } else if (is_subject_name(member.name)) {
-      contents.subjects.push_back(parse_subject(member.bytes, "the pack: " + member.name));
-      validate_subject_name(contents.subjects.back().name);
+
+ private:
+  void begin(const std::string& name, std::uint64_t size) {
+    if (names_.empty() && name != kMarker) fail("not a pack of this format version");
+    if (!names_.insert(name).second) fail("two members of one name");
+    name_ = name;
+    object_ = object_named(name);
+    const bool is_known = object_ || name == kMarker || result_named(name) || is_subject_name(name);
+    if (!is_known) fail("a member that belongs in no store");
+    if (!object_ && size > kMaxJsonBytes) fail(name + " is too long");
+    hash_.emplace();
+    text_.clear();
+  }
+
+  void take(std::string_view bytes) {
+    if (object_) {
+      hash_->update(bytes);
     } else {
-      fail("a member that belongs in no store");
+      text_ += bytes;
     }
   }
-  return contents;
-}
+
+  void end() {
+    if (object_) {
+      if (hash_->finish() != *object_) fail(name_ + " has other bytes than its name says");
+      contents_.objects.insert(*object_);
+    } else if (name_ == kMarker) {
+      if (text_ != marker_text()) fail("not a pack of this format version");
+    } else if (const auto key = result_named(name_)) {
+      contents_.results.push_back(parse_result(text_, "the pack: " + name_));
+      if (contents_.results.back().key() != *key) fail(name_ + " is the result of another key");
+    } else {
+      contents_.subjects.push_back(parse_subject(text_, "the pack: " + name_));
+      validate_subject_name(contents_.subjects.back().name);
+    }
+  }
+
+  Contents contents_;
+  std::set<std::string> names_;
+  std::string name_, text_;
+  std::optional<Digest> object_;
+  std::optional<Sha256> hash_;
+};
 
 void require_outputs(const Store& store, const Contents& contents) {
-  std::set<Digest> packed;
-  for (const std::string_view bytes : contents.objects) packed.insert(compute_digest(bytes));
   for (const Result& result : contents.results) {
     for (const auto& [name, output] : result.outputs) {
-      const bool is_there = packed.contains(output.digest) || store.find_object_size(output.digest);
+      const bool is_there = contents.objects.contains(output.digest) || store.find_object_size(output.digest);
       if (!is_there) fail("result " + result.key().hex() + " without its output " + name);
     }
   }
 }
 
-/// What a current result needs, into the archive, each once.
-void add_result(const Store& store, const Digest& key, std::set<std::string>& added, std::string& archive) {
-  const std::string name = "results/" + key.hex() + ".json";
-  if (!added.insert(name).second) return;
-  const auto result = store.find_done_result(key);
-  if (!result)
-    throw StoreError(StoreFault::kMissing, "result " + key.hex() + " is not whole", "run phiz fit again");
-  const auto add_object = [&](const Digest& digest) {
-    const std::string hex = digest.hex(), object = "objects/" + hex.substr(0, 2) + "/" + hex.substr(2);
-    if (added.insert(object).second) add_member(archive, object, store.read_object(digest));
-  };
-  for (const auto& [output, object] : result->outputs) add_object(object.digest);
-  for (const KeyText::Entry& entry : result->key_text.entries()) {
-    const auto digest = entry.tag == "input" ? parse_digest(entry.value) : std::nullopt;
-    if (digest && store.find_object_size(*digest)) add_object(*digest);
-  }
-  add_member(archive, name, store.files().read_file(store.layout().result(key)));
-}
-
-}  // namespace
-
-std::string pack_subjects(const Store& store, const std::vector<std::string>& names) {
-  std::string archive, records;
-  add_member(archive, kMarker, marker_text());
-  std::set<std::string> added;
-  int number = 0;
-  for (const std::string& name : std::set<std::string>(names.begin(), names.end())) {
-    const auto record = store.find_subject(name);
-    if (!record) throw StoreError(StoreFault::kMissing, "the store has no subject '" + name + "'");
-    SubjectRecord packed = *record;
-    packed.history.clear();  // of results that stay behind
-    packed.scan_stamp.clear();
-    for (const auto& [stage, key] : packed.results) add_result(store, key, added, archive);
-    add_member(records, fmt::format("subjects/{:06}.json", ++number), format_subject(packed));
-  }
-  archive += records;
-  return archive.append(2 * kBlock, '\0');
-}
-
-UnpackReport unpack_subjects(const Store& store, std::string_view archive, const UnpackOptions& options) {
-  const Contents contents = check(archive);
-  require_outputs(store, contents);
-  UnpackReport report;
+void require_subjects(const Store& store, const Contents& contents, const UnpackOptions& options) {
+  if (options.replaces_subjects) return;
   for (const SubjectRecord& record : contents.subjects) {
     const auto there = store.find_subject(record.name);
-    const bool differs =
-        there && (there->results != record.results || there->scan_digest != record.scan_digest);
-    if (differs && !options.replaces_subjects) {
+    if (there && (there->results != record.results || there->scan_digest != record.scan_digest)) {
       throw StoreError(StoreFault::kExists, "the store has another subject '" + record.name + "'",
                        "replace it with --replace, or unpack into another --store");
     }
   }
-  for (const std::string_view bytes : contents.objects) {
-    DurableWriter writer(store.files());
-    store.put_object(writer, bytes);
-    writer.publish();
-    ++report.objects;
+}
+
+/// The second reading: one object after the other goes into the store.
+std::uint64_t put_objects(const Store& store, const ReadPack& read) {
+  std::optional<Digest> object;
+  std::string bytes;
+  std::uint64_t count = 0;
+  TarReader reader({[&](const std::string& name, std::uint64_t) {
+                      object = object_named(name);
+                      bytes.clear();
+                    },
+                    [&](std::string_view block) {
+                      if (object) bytes += block;
+                    },
+                    [&] {
+                      if (!object) return;
+                      DurableWriter writer(store.files());
+                      if (store.put_object(writer, bytes).digest != *object)
+                        fail("it changed while it was read");
+                      writer.publish();
+                      ++count;
+                    }});
+  read([&](std::string_view block) { reader.feed(block); });
+  return count;
+}
+
+}  // namespace
+
+void pack_subjects(const Store& store, const std::vector<std::string>& names, const WritePack& write) {
+  Packer(store, write).pack(names);
+}
+
+std::string pack_subjects(const Store& store, const std::vector<std::string>& names) {
+  std::string archive;
+  pack_subjects(store, names, [&](std::string_view bytes) { archive += bytes; });
+  return archive;
+}
+
+std::uint64_t pack_to_file(const Store& store, const std::vector<std::string>& names,
+                           const std::filesystem::path& file, const std::function<void()>& check_stop) {
+  FileSystem& files = store.files();
+  const std::filesystem::path unfinished = file.parent_path() / (".tmp-" + make_unique_name());
+  std::uint64_t size = 0;
+  try {
+    files.create_file(unfinished, {}, FileSystem::Mode::kWritable);
+    pack_subjects(store, names, [&](std::string_view bytes) {
+      files.append(unfinished, std::as_bytes(std::span(bytes)));
+      size += bytes.size();
+      if (check_stop) check_stop();
+    });
+    files.sync_file(unfinished);
+    files.rename(unfinished, file);
+  } catch (...) {
+    try {
+      files.remove_file(unfinished);
+    } catch (const StoreError&) {
+      // What went wrong before is what the caller must hear.
+    }
+    throw;
   }
+  files.sync_folder(file.parent_path());
+  return size;
+}
+
+UnpackReport unpack_subjects(const Store& store, const ReadPack& read, const UnpackOptions& options) {
+  const Contents contents = Checker().check(read);
+  require_outputs(store, contents);
+  require_subjects(store, contents, options);
+  UnpackReport report;
+  report.objects = put_objects(store, read);
   for (const Result& result : contents.results) {
     store.put_result(result);
     ++report.results;
@@ -221,6 +254,21 @@ UnpackReport unpack_subjects(const Store& store, std::string_view archive, const
     report.subjects.push_back(record.name);
   }
   return report;
+}
+
+UnpackReport unpack_subjects(const Store& store, std::string_view archive, const UnpackOptions& options) {
+  return unpack_subjects(
+      store, [&](const auto& take) { take(archive); }, options);
+}
+
+UnpackReport unpack_file(const Store& store, const std::filesystem::path& file,
+                         const UnpackOptions& options) {
+  const ReadPack read = [&](const auto& take) {
+    store.files().read_blocks(file, [&](std::span<const std::byte> block) {
+      take({reinterpret_cast<const char*>(block.data()), block.size()});
+    });
+  };
+  return unpack_subjects(store, read, options);
 }
 
 }  // namespace phiz

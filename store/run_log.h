@@ -2,6 +2,7 @@
 
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "store/process.h"
@@ -21,9 +22,20 @@ class RunLog {
 
  private:
   const Store& store_;
-  std::filesystem::path file_;
+  const std::string name_;
+  int parts_ = 0;  ///< files that ended in a failure
   std::mutex mutex_;
 };
+
+/// What is wrong with a log that was not merely cut short: the number of the first line that is not as it was
+/// written; 0 if there is none.
+std::size_t find_damaged_line(std::string_view log);
+
+/// A file in `logs/` that is named after its own bytes, for what must not change between writing and use: the
+/// start of their SHA-256 before the extension. `name` and `extension` as in "slurm-1" and ".csv".
+std::string make_checked_name(const std::string& name, std::string_view bytes, const std::string& extension);
+/// True for a file of another kind too.
+bool is_as_its_name_says(const std::string& file_name, std::string_view bytes);
 
 /// Every whole line of every process, sorted; lines begin with their time, so this is by time.
 std::vector<std::string> read_run_log(const Store& store);

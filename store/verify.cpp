@@ -1,15 +1,19 @@
 #include "store/verify.h"
 
+#include <functional>
 #include <map>
+#include <optional>
 
 #include "store/checkpoint.h"
 #include "store/error.h"
+#include "store/run_log.h"
 #include "store/sealed_json.h"
 
 namespace phiz {
 namespace {
 
 constexpr std::uint64_t kMaxJsonBytes = 16 << 20;
+constexpr std::uint64_t kMaxLogBytes = std::uint64_t{1} << 30;
 
 class Verifier {
  public:
@@ -22,6 +26,7 @@ class Verifier {
     for (const std::string& name : store_.list_subjects()) check_subject(name);
     check_checkpoints();
     check_leases();
+    check_logs();
     check_outputs();
     return std::move(report_);
   }
@@ -43,56 +48,69 @@ class Verifier {
     return report_.damages.emplace_back(std::move(damage));
   }
 
+  /// What `look` finds wrong with a file, if anything. What cannot be read is read once more: an error that
+  /// comes again is damage, one that does not was the disk's or the net's. Faults that are not the file's own
+  /// are thrown.
+  static std::optional<std::string> find_cause(const std::function<std::optional<std::string>()>& look) {
+    for (bool is_second = false;; is_second = true) {
+      try {
+        return look();
+      } catch (const StoreError& error) {
+        if (error.fault() == StoreFault::kMissing) return std::nullopt;  // removed meanwhile
+        const bool is_damage =
+            error.fault() == StoreFault::kDamaged || (error.fault() == StoreFault::kIo && is_second);
+        if (is_damage) return error.what();
+        if (error.fault() != StoreFault::kIo) throw;
+      }
+    }
+  }
+
   void check_result(const Digest& key) {
     const auto path = store_.layout().result(key);
     ++report_.results;
-    try {
+    const auto cause = find_cause([&]() -> std::optional<std::string> {
       const std::string text = store_.files().read_file(path, kMaxJsonBytes);
-      add_bytes(text.size());
       const Result result = parse_result(text, path.string());
-      if (result.key() != key) {
-        add_damage("result " + key.hex(), "its key text has another key", path);
-        return;
-      }
-      for (const auto& [name, output] : result.outputs) {
+      if (result.key() != key) return "its key text has another key";
+      add_bytes(text.size());
+      for (const auto& [name, output] : result.outputs)
         uses_[output.digest].push_back({result.stage() + " " + key.hex() + " " + name, output});
-      }
-    } catch (const StoreError& error) {
-      if (error.fault() == StoreFault::kMissing) return;  // removed meanwhile
-      add_damage("result " + key.hex(), error.what(), path);
-    }
+      return std::nullopt;
+    });
+    if (cause) add_damage("result " + key.hex(), *cause, path);
   }
 
   void check_object(const Digest& digest) {
     const auto path = store_.layout().object(digest);
     ++report_.objects;
-    std::string cause;
-    try {
+    const auto cause = find_cause([&]() -> std::optional<std::string> {
       Sha256 hash;
       store_.files().read_blocks(path, [&](std::span<const std::byte> block) {
         hash.update(block);
         add_bytes(block.size());
       });
-      if (hash.finish() == digest) return;
-      cause = "its bytes are not what was written";
-    } catch (const StoreError& error) {
-      if (error.fault() == StoreFault::kMissing) return;
-      cause = error.what();
-    }
-    StoreDamage& damage = add_damage("object " + digest.hex(), cause, path);
+      if (hash.finish() != digest) return "its bytes are not what was written";
+      return std::nullopt;
+    });
+    if (!cause) return;
+    StoreDamage& damage = add_damage("object " + digest.hex(), *cause, path);
     for (const Use& use : uses_[digest]) damage.used_by.push_back(use.result);
   }
 
   void check_subject(const std::string& name) {
     ++report_.subjects;
     const auto path = store_.layout().subjects() / (name + ".json");
-    try {
-      const auto record = store_.find_subject(name);
-      if (!record || record->name == name) return;
-      add_damage("subject " + name, "it is the record of another subject", path);
-    } catch (const StoreError& error) {
-      if (error.fault() != StoreFault::kMissing) add_damage("subject " + name, error.what(), path);
-    }
+    const auto cause = find_cause([&]() -> std::optional<std::string> {
+      try {
+        const auto record = store_.find_subject(name);
+        if (record && record->name != name) return "it is the record of another subject";
+      } catch (const StoreError& error) {
+        if (error.fault() != StoreFault::kInvalidName) throw;
+        return error.what();
+      }
+      return std::nullopt;
+    });
+    if (cause) add_damage("subject " + name, *cause, path);
   }
 
   void check_checkpoints() {
@@ -101,15 +119,14 @@ class Verifier {
       const auto key = parse_digest(name);
       if (!key) continue;
       const auto path = store_.layout().checkpoint(*key) / "state";
-      try {
+      const auto cause = find_cause([&]() -> std::optional<std::string> {
         const std::string text = files.read_file(path);
         ++report_.checkpoints;
         add_bytes(text.size());
-        if (!is_whole_checkpoint(text))
-          add_damage("checkpoint " + name, "its bytes are not what was written", path);
-      } catch (const StoreError& error) {
-        if (error.fault() != StoreFault::kMissing) add_damage("checkpoint " + name, error.what(), path);
-      }
+        if (!is_whole_checkpoint(text)) return "its bytes are not what was written";
+        return std::nullopt;
+      });
+      if (cause) add_damage("checkpoint " + name, *cause, path);
     }
   }
 
@@ -121,7 +138,32 @@ class Verifier {
       try {
         const std::string text = files.read_file(path, kMaxJsonBytes);
         add_bytes(text.size());
-        if (!is_sealed_well(text)) add_damage("lease " + name, "its bytes do not match its seal", path);
+        if (is_sealed_well(text)) continue;
+        if (mend_one_bit(text)) {
+          add_damage("lease " + name, "its bytes do not match its seal", path);
+        } else {
+          files.remove_file(path);  // torn by a power cut: leases are not synced, and their holder is gone
+        }
+      } catch (const StoreError& error) {
+        if (error.fault() != StoreFault::kMissing) throw;
+      }
+    }
+  }
+
+  void check_logs() {
+    FileSystem& files = store_.files();
+    const auto folder = store_.layout().logs();
+    if (!files.find_status(folder)) return;
+    for (const std::string& name : files.list_folder(folder)) {
+      try {
+        const std::string text = files.read_file(folder / name, kMaxLogBytes);
+        add_bytes(text.size());
+        std::string cause;
+        const std::size_t line = name.ends_with(".log") ? find_damaged_line(text) : 0;
+        if (line != 0) cause = "line " + std::to_string(line) + " is not as it was written";
+        const bool is_torn = name.ends_with(".json") && !is_temporary_name(name) && !is_sealed_well(text);
+        if (is_torn || !is_as_its_name_says(name, text)) cause = "its bytes are not what was written";
+        if (!cause.empty()) add_damage("log " + name, cause, folder / name);
       } catch (const StoreError& error) {
         if (error.fault() != StoreFault::kMissing) throw;
       }

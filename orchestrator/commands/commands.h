@@ -24,6 +24,7 @@ Command make_template_command();
 
 Command make_verify_command();                      // store_verify.cpp: `store verify`
 std::vector<Command> list_store_upkeep_commands();  // store_upkeep.cpp: children of `store`
+std::vector<Command> list_pin_commands();           // store_pins.cpp: likewise
 
 /// Commands that need no stage: they answer without loading the libraries of the stages.
 std::vector<Command> list_light_commands();  // light_commands.cpp

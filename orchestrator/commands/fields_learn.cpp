@@ -9,9 +9,11 @@
 #include "orchestrator/commands/rig_files.h"
 #include "orchestrator/error.h"
 #include "orchestrator/error_table.h"
+#include "orchestrator/object_reference.h"
 #include "orchestrator/option_set.h"
 #include "orchestrator/session.h"
 #include "orchestrator/tasks/nouns.h"
+#include "orchestrator/work_journal.h"
 #include "stages/deform/learn.h"
 #include "stages/deform/muscles.h"
 #include "stages/geometry/parallel.h"
@@ -42,6 +44,30 @@ std::vector<std::pair<std::string, std::filesystem::path>> parse_expressions(
     expressions.emplace_back(name, word.substr(at + 1));
   }
   return expressions;
+}
+
+constexpr const char* kVersion = "learn 1";  ///< raised whenever the same input gives other displacements
+
+/// What an expression is learned with, beside its scan: two runs that agree here may share their steps.
+std::string describe_work(const LearnArguments& arguments, const TemplateFiles& files,
+                          const std::string& head_digest, double noise_mm, const Session& session) {
+  std::string text = std::string(kVersion) + "\n" + files.digest.hex() + "\n" + head_digest + "\n" +
+                     fmt::format("noise {}", noise_mm);
+  std::vector<std::filesystem::path> sources;
+  if (!arguments.muscles) {
+    const std::filesystem::path folder = files.mesh_path.parent_path().parent_path() / "muscles";
+    if (session.files().find_status(folder / "rig.json")) {
+      for (const std::string& name : session.files().list_folder(folder)) {
+        if (name.ends_with(".json")) sources.push_back(folder / name);
+      }
+    }
+  } else if (*arguments.muscles != "none") {
+    const RigPaths paths = rig_paths(*arguments.muscles);
+    sources = {paths.json, paths.exr};
+  }
+  for (const std::filesystem::path& source : sources)
+    text += "\n" + compute_digest(read_input_file(session, source)).hex();
+  return text;
 }
 
 /// A rig of designed muscles that gives the fit its first guess: the one named, or the muscles that came with
@@ -113,10 +139,16 @@ void run_learn(const LearnArguments& arguments, Session& session) {
   check_same_template(neutral.template_digest, files, *arguments.neutral);
   const std::optional<Deformation> muscles = load_muscles(arguments, files, head, session);
   const ExpressionLearner learner(head, neutral, muscles ? &*muscles : nullptr, fit);
+  const std::string reference = *arguments.neutral + "/subdivide/head.glb";
+  WorkJournal journal(
+      store, describe_work(arguments, files, find_referenced_object(session, store, reference).digest.hex(),
+                           fit.noise_mm, session));
   std::map<std::string, std::vector<Eigen::Vector3d>> displacements;
   for (const auto& [name, path] : expressions) {
     const IngestResult scan = ingest(read_scan_file(path), head);
-    const LearnedExpression learned = learner.learn(scan.cloud);
+    JournalSteps steps(journal, hash_scan(session.files(), path).digest.hex());
+    const LearnedExpression learned =
+        learner.learn(scan.cloud, session.globals().is_dry_run ? nullptr : &steps);
     tell(session, name, learned);
     displacements[name] = learned.displacements_mm;
     session.environment().stop.throw_if_requested();
@@ -124,6 +156,7 @@ void run_learn(const LearnArguments& arguments, Session& session) {
   const Deformation rig =
       make_learned_rig(head, neutral, displacements, "captured: " + *arguments.neutral, options);
   if (!session.globals().is_dry_run) save_rig(session, *arguments.output, rig);
+  if (!session.globals().is_dry_run) journal.forget();
   const RigPaths paths = rig_paths(*arguments.output);
   session.print(
       fmt::format("{}, {}: {} fields", paths.json.string(), paths.exr.string(), rig.fields.size() - 1));

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -12,9 +13,11 @@
 #include "orchestrator/commands/rig_files.h"
 #include "orchestrator/error.h"
 #include "orchestrator/error_table.h"
+#include "orchestrator/object_reference.h"
 #include "orchestrator/option_set.h"
 #include "orchestrator/session.h"
 #include "orchestrator/tasks/nouns.h"
+#include "orchestrator/work_journal.h"
 #include "stages/deform/pca.h"
 #include "stages/geometry/parallel.h"
 #include "stages/unwrap/unwrap.h"
@@ -118,6 +121,59 @@ ShapeSpace load_space(const Session& session, const std::string& name, const Tem
   return space;
 }
 
+/// The components so far, written down about every other second, and less often where that takes long itself.
+class PcaSoFar {
+ public:
+  PcaSoFar(const Store& store, const std::string& work, bool writes)
+      : journal_(store, work), writes_(writes) {}
+
+  /// How many shapes the components of an interrupted run hold already.
+  std::size_t restore(StreamingPca& pca) {
+    const auto bytes = journal_.find("components");
+    return bytes && pca.restore(*bytes) ? pca.count() : 0;
+  }
+
+  void keep(const StreamingPca& pca) {
+    const auto begin = Clock::now();
+    if (!writes_ || begin - last_ < std::max<Clock::duration>(std::chrono::milliseconds(1500), 5 * cost_))
+      return;
+    journal_.keep("components", pca.encode());
+    last_ = Clock::now();
+    cost_ = last_ - begin;
+  }
+
+  void forget() {
+    if (writes_) journal_.forget();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  WorkJournal journal_;
+  const bool writes_;
+  Clock::time_point last_ = Clock::now();
+  Clock::duration cost_{};
+};
+
+/// What the components are made from: shapes in this order, on this grid.
+std::string describe_work(const std::vector<std::string>& names, const ShapeSpace& space, int components,
+                          const Store& store, const Session& session) {
+  constexpr const char* kVersion = "pca 1";  // raised whenever the same input gives other components
+  std::string text = fmt::format("{}\n{}\n{} {}", kVersion, space.template_digest, space.width, components);
+  for (const std::string& name : names)
+    text += "\n" + find_referenced_object(session, store, name + "/subdivide/head.glb").digest.hex();
+  return text;
+}
+
+/// The subjects asked for, each once, sorted.
+std::vector<std::string> list_names(const PcaArguments& arguments, const Store& store) {
+  std::vector<std::string> names = arguments.subjects;
+  if (arguments.takes_all) names = store.list_subjects();
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  if (names.size() < 2) throw UsageError("principal components need two subjects at least");
+  return names;
+}
+
 void run_pca(const PcaArguments& arguments, Session& session) {
   const int side = arguments.side.value_or(256), components = arguments.components.value_or(64);
   if (side < 16 || side > 4096) throw UsageError("--side is not from 16 to 4096");
@@ -125,12 +181,7 @@ void run_pca(const PcaArguments& arguments, Session& session) {
   const TemplateFiles files = session.load_head(arguments.head);
   const ControlMesh head = load_control_mesh(files);
   const Store store = session.open_store();
-  std::vector<std::string> names = arguments.subjects;
-  if (arguments.takes_all) names = store.list_subjects();
-  std::sort(names.begin(), names.end());
-  names.erase(std::unique(names.begin(), names.end()), names.end());
-  if (names.size() < 2) throw UsageError("principal components need two subjects at least");
-
+  const std::vector<std::string> names = list_names(arguments, store);
   const ShapeReader reader(head, side);
   ShapeSpace space;
   space.template_digest = files.digest.hex();
@@ -143,7 +194,12 @@ void run_pca(const PcaArguments& arguments, Session& session) {
     session.environment().stop.throw_if_requested();
     return reader.read(asset);
   };
-  for (const std::string& name : names) pca.add(read(name));
+  PcaSoFar so_far(store, describe_work(names, space, components, store, session),
+                  !session.globals().is_dry_run);
+  for (std::size_t i = so_far.restore(pca); i < names.size(); ++i) {
+    pca.add(read(names[i]));
+    so_far.keep(pca);
+  }
   pca.finish();
   ShapeModel model = make_shape_model(pca);
   for (const std::string& name : names) {
@@ -171,6 +227,7 @@ void run_pca(const PcaArguments& arguments, Session& session) {
   const RigPaths paths = rig_paths(*arguments.output);
   if (!session.globals().is_dry_run)
     write_output_files(session, {{paths.json, std::move(json).str()}, {paths.exr, std::move(exr).str()}});
+  so_far.forget();
   session.print_json({{"type", "space"},
                       {"json", paths.json.string()},
                       {"exr", paths.exr.string()},

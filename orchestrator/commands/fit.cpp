@@ -3,6 +3,7 @@
 
 #include "formats/error.h"
 #include "orchestrator/commands/commands.h"
+#include "orchestrator/commands/fit_slurm.h"
 #include "orchestrator/error.h"
 #include "orchestrator/log_reporter.h"
 #include "orchestrator/option_set.h"
@@ -37,6 +38,7 @@ struct FitArguments {
   bool does_not_wait = false, fails_fast = false, keeps_going = false, reads_scans = false;
   std::vector<Shortcut> shortcuts;
   std::vector<ExtraStage> extras;
+  ExecutorArguments executor;
 };
 
 class JobMaker {
@@ -60,6 +62,7 @@ class JobMaker {
     }
     if (arguments_.list) add_list(*arguments_.list);
     if (jobs_.empty()) throw UsageError("no scan named", "phiz fit SCAN... or phiz fit --list subjects.csv");
+    if (arguments_.executor.slice) take_slice(*arguments_.executor.slice, jobs_);
     return std::move(jobs_);
   }
 
@@ -140,8 +143,7 @@ int preview_without_store(const std::vector<SubjectJob>& jobs, const RunOptions&
   return code;
 }
 
-int run_fit(const FitArguments& arguments, Session& session) {
-  const std::vector<SubjectJob> jobs = JobMaker(arguments, session).make();
+RunOptions make_run_options(const FitArguments& arguments, const Session& session) {
   RunOptions options;
   options.last_stage = arguments.last_stage.value_or("");
   for (const ExtraStage& extra : arguments.extras) {
@@ -163,6 +165,28 @@ int run_fit(const FitArguments& arguments, Session& session) {
   if (session.globals().max_memory)
     options.max_memory_bytes = parse_bytes(*session.globals().max_memory, "--max-memory");
   session.pipeline().closure(options.last_stage);  // an unknown stage is a usage error before anything runs
+  return options;
+}
+
+int run_on_slurm(const FitArguments& arguments, const std::vector<SubjectJob>& jobs,
+                 const RunOptions& options, Session& session) {
+  if (session.environment().is_front) throw EngineNeeded();  // it may take a while, and heeds signals
+  ExecutorArguments executor = arguments.executor;
+  executor.goes_on_after_failures = arguments.keeps_going;
+  if (!executor.first.empty() &&
+      arguments.head) {  // a generic head that is made by then need not be there now
+    TemplateFiles later;
+    later.mesh_path = *arguments.head;
+    return submit_fit(executor, jobs, options, later, session);
+  }
+  return submit_fit(executor, jobs, options, session.load_head(arguments.head), session);
+}
+
+int run_fit(const FitArguments& arguments, Session& session) {
+  const bool is_slurm = arguments.executor.is_slurm();
+  const std::vector<SubjectJob> jobs = JobMaker(arguments, session).make();
+  const RunOptions options = make_run_options(arguments, session);
+  if (is_slurm) return run_on_slurm(arguments, jobs, options, session);
   const TemplateFiles head = session.load_head(arguments.head);
   const bool has_store = session.files().find_status(session.store_path() / "phiz-store.json").has_value();
   if (options.is_dry_run && !has_store) return preview_without_store(jobs, options, session);
@@ -195,6 +219,7 @@ Command make_fit_command() {
     options.add_flag("--fail-fast", arguments->fails_fast, "start no further subject after a failure");
     options.add_flag("--keep-going", arguments->keeps_going,
                      "go on with other subjects after a failure (default)");
+    arguments->executor.declare(options);
     options.add_flag("--read-scans", arguments->reads_scans,
                      "read every scan, also those whose length and times are as they were");
     for (const Task& task : environment.pipeline.tasks()) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -45,6 +46,76 @@ RetargetFormat format_of(const RetargetArguments& arguments) {
   if (name == "none") return RetargetFormat::kNone;
   throw UsageError("--format " + name + " is not glb, obj or none");
 }
+
+/// What has been written for one subject. A mark beside the files says from what they were made and how long
+/// they are: FILE.part while they are being written, about once a second, so that an interrupted run
+/// continues.
+class WrittenFiles {
+ public:
+  WrittenFiles(Session& session, std::filesystem::path folder, std::filesystem::path mark, std::string key)
+      : session_(session), folder_(std::move(folder)), mark_(std::move(mark)), key_(std::move(key)) {
+    if (const auto files = read_mark(session, folder_, part(), key_)) files_ = *files;
+  }
+
+  /// The mark has the key, and every file it names is there with its length.
+  static bool is_done(const Session& session, const std::filesystem::path& folder,
+                      const std::filesystem::path& mark, const std::string& key) {
+    return read_mark(session, folder, mark, key).has_value();
+  }
+
+  std::optional<std::size_t> find(const std::string& name) const {
+    const auto found = files_.find(name);
+    return found == files_.end() ? std::nullopt : std::optional(found->second);
+  }
+
+  void write(const std::string& name, const std::string& bytes) {
+    session_.environment().stop.throw_if_requested();
+    write_output_files(session_, {{folder_ / name, bytes}});
+    files_[name] = bytes.size();
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_mark_ < std::chrono::seconds(1)) return;
+    last_mark_ = now;
+    write_output_files(session_, {{part(), text()}});
+  }
+
+  void finish() {
+    write_output_files(session_, {{mark_, text()}});
+    session_.files().remove_file(part());
+  }
+
+ private:
+  using Lengths = std::map<std::string, std::size_t>;
+
+  static std::optional<Lengths> read_mark(const Session& session, const std::filesystem::path& folder,
+                                          const std::filesystem::path& mark, const std::string& key) {
+    if (!session.files().find_status(mark)) return std::nullopt;
+    std::istringstream lines(session.files().read_file(mark, 1 << 28));
+    std::string line;
+    if (!std::getline(lines, line) || line != key) return std::nullopt;
+    Lengths files;
+    while (std::getline(lines, line)) {
+      const std::size_t space = line.rfind(' ');
+      if (space == std::string::npos) return std::nullopt;
+      const auto status = session.files().find_status(folder / line.substr(0, space));
+      if (!status || std::to_string(status->size_bytes) != line.substr(space + 1)) return std::nullopt;
+      files[line.substr(0, space)] = status->size_bytes;
+    }
+    return files;
+  }
+
+  std::string text() const {
+    std::string text = key_ + "\n";
+    for (const auto& [name, size] : files_) text += name + " " + std::to_string(size) + "\n";
+    return text;
+  }
+  std::filesystem::path part() const { return mark_.string() + ".part"; }
+
+  Session& session_;
+  const std::filesystem::path folder_, mark_;
+  const std::string key_;
+  Lengths files_;
+  std::chrono::steady_clock::time_point last_mark_ = std::chrono::steady_clock::now();
+};
 
 /// One run: what is shared, and a loop over subjects on several threads.
 class RetargetRun {
@@ -115,19 +186,18 @@ class RetargetRun {
             .hex();
     const std::filesystem::path folder = std::filesystem::absolute(arguments_.output.value_or("."));
     const std::filesystem::path mark = folder / ("." + subject + ".retarget");
-    if (format_ != RetargetFormat::kNone && is_done(mark, folder, key)) return print_kept(subject);
+    if (format_ != RetargetFormat::kNone && WrittenFiles::is_done(session_, folder, mark, key))
+      return print_kept(subject);
     if (session_.globals().is_dry_run) return print_line(subject, "would be retargeted", {});
     const HeadAsset head = load_fitted_head(session_, store_, subject);
     check_same_template(head.template_digest, head_files_, subject);
     if (format_ == RetargetFormat::kObj) session_.files().make_folders(folder / subject);
-    std::string files;
+    WrittenFiles written(session_, folder, mark, key);
     const RetargetPlan::Outcome outcome =
-        plan_->run(subject, head, format_, [&](const std::string& name, const std::string& bytes) {
-          session_.environment().stop.throw_if_requested();
-          write_output_files(session_, {{folder / name, bytes}});
-          files.append("\n").append(name).append(" ").append(std::to_string(bytes.size()));
-        });
-    if (format_ != RetargetFormat::kNone) write_output_files(session_, {{mark, key + files + "\n"}});
+        plan_->run(subject, head, format_,
+                   {[&](const std::string& name, const std::string& bytes) { written.write(name, bytes); },
+                    [&](const std::string& name) { return written.find(name); }});
+    if (format_ != RetargetFormat::kNone) written.finish();
     frames_ += outcome.figures.frames;
     const MotionFigures& figures = outcome.figures;
     std::string text =
@@ -142,22 +212,6 @@ class RetargetRun {
                 {"mean_mm", figures.mean_mm},
                 {"morph_error_mm", outcome.morph_error_mm},
                 {"bytes", outcome.bytes}});
-  }
-
-  /// The mark has the key, and every file it names is there with its length.
-  bool is_done(const std::filesystem::path& mark, const std::filesystem::path& folder,
-               const std::string& key) const {
-    if (!session_.files().find_status(mark)) return false;
-    std::istringstream lines(session_.files().read_file(mark, 1 << 28));
-    std::string line;
-    if (!std::getline(lines, line) || line != key) return false;
-    while (std::getline(lines, line)) {
-      const std::size_t space = line.rfind(' ');
-      if (space == std::string::npos) return false;
-      const auto status = session_.files().find_status(folder / line.substr(0, space));
-      if (!status || std::to_string(status->size_bytes) != line.substr(space + 1)) return false;
-    }
-    return true;
   }
 
   void print_kept(const std::string& subject) { print_line(subject, "kept", {{"kept", true}}); }

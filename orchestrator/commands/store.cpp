@@ -81,6 +81,7 @@ Command make_store_command() {
                 {ls, make_reference_command("path", "the file of an object (do not change it)", run_path),
                  make_reference_command("cat", "write an object to stdout", run_cat), make_verify_command()}};
   for (Command& child : list_store_upkeep_commands()) store.children.push_back(std::move(child));
+  for (Command& child : list_pin_commands()) store.children.push_back(std::move(child));
   return store;
 }
 

@@ -185,32 +185,27 @@ int run_pack(const std::vector<std::string>& names, const std::string& output, S
   const Store store = session.open_store();
   if (names.empty()) throw UsageError("no subject named", "phiz store pack SUBJECT... -o FILE.tar");
   for (const std::string& name : names) session.get_subject(store, name);
-  const std::string archive = pack_subjects(store, names);
   const std::filesystem::path path = std::filesystem::absolute(output);
-  if (!session.globals().is_dry_run) {
-    DurableWriter writer(session.files());
-    writer.add(path, std::as_bytes(std::span(archive)), FileSystem::Mode::kWritable);
-    writer.publish();
+  std::uint64_t bytes = 0;
+  const auto check_stop = [&] { session.environment().stop.throw_if_requested(); };
+  if (session.globals().is_dry_run) {
+    pack_subjects(store, names, [&](std::string_view part) { bytes += part.size(), check_stop(); });
+  } else {
+    bytes = pack_to_file(store, names, path, check_stop);
   }
-  session.print(
-      fmt::format("{}: {} subjects, {}", path.string(), names.size(), format_bytes(archive.size())));
-  session.print_json(
-      {{"type", "pack"}, {"path", path.string()}, {"subjects", names}, {"bytes", archive.size()}});
+  session.print(fmt::format("{}: {} subjects, {}", path.string(), names.size(), format_bytes(bytes)));
+  session.print_json({{"type", "pack"}, {"path", path.string()}, {"subjects", names}, {"bytes", bytes}});
   return kExitDone;
 }
 
 int run_unpack(const std::string& file, bool replaces, Session& session) {
   require_engine(session);
-  std::string archive;
-  try {
-    archive = session.files().read_file(file);
-  } catch (const StoreError& error) {
-    throw UsageError(error.what());
-  }
+  const auto status = session.files().find_status(file);
+  if (!status || status->kind != FileSystem::Kind::kFile) throw UsageError(file + ": no such file");
   if (session.globals().is_dry_run) throw UsageError("store unpack has no --dry-run", "tar -tf lists a pack");
   const Store store = session.open_or_create_store();
   try {
-    const UnpackReport report = unpack_subjects(store, archive, {replaces});
+    const UnpackReport report = unpack_file(store, file, {replaces});
     for (const std::string& name : report.subjects) session.print(name);
     session.print(fmt::format("{} subjects, {} results, {} objects", report.subjects.size(), report.results,
                               report.objects));

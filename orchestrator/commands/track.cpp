@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
+#include <chrono>
+#include <cstring>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -13,9 +15,11 @@
 #include "orchestrator/commands/rig_files.h"
 #include "orchestrator/error.h"
 #include "orchestrator/error_table.h"
+#include "orchestrator/object_reference.h"
 #include "orchestrator/option_set.h"
 #include "orchestrator/session.h"
 #include "orchestrator/tasks/nouns.h"
+#include "orchestrator/work_journal.h"
 #include "stages/geometry/parallel.h"
 
 namespace phiz {
@@ -73,6 +77,82 @@ void add_frame(Motion& motion, const TrackedFrame& frame) {
     motion.values.push_back(static_cast<float>(value));
 }
 
+constexpr const char* kVersion = "track 1";  ///< raised whenever the same input gives another motion
+
+/// What has been tracked, by the digests of the scans so far, written down about once a second.
+class TrackedSoFar {
+ public:
+  TrackedSoFar(WorkJournal& journal, std::size_t controls, bool writes)
+      : journal_(journal), row_(controls + kMore), writes_(writes) {
+    const auto bytes = journal.find("frames");
+    const std::size_t size = Digest{}.bytes.size() + row_ * sizeof(double);
+    if (!bytes || bytes->size() % size != 0) return;
+    for (std::size_t at = 0; at < bytes->size(); at += size) {
+      Entry entry{{}, std::vector<double>(row_)};
+      std::memcpy(entry.scan.bytes.data(), bytes->data() + at, entry.scan.bytes.size());
+      std::memcpy(entry.numbers.data(), bytes->data() + at + entry.scan.bytes.size(), row_ * sizeof(double));
+      entries_.push_back(std::move(entry));
+    }
+  }
+
+  /// The frame if it and all before it were tracked from these very scans.
+  std::optional<TrackedFrame> find(std::size_t frame_idx, const Digest& scan) {
+    if (frame_idx >= entries_.size()) return std::nullopt;
+    if (entries_[frame_idx].scan != scan) {
+      entries_.resize(frame_idx);
+      return std::nullopt;
+    }
+    const std::vector<double>& numbers = entries_[frame_idx].numbers;
+    TrackedFrame frame;
+    frame.controls.assign(numbers.begin(), numbers.end() - kMore);
+    const double* more = numbers.data() + numbers.size() - kMore;
+    frame.scan_from_head.matrix() = Eigen::Map<const Eigen::Matrix4d>(more);
+    frame.residual_mm = more[16];
+    frame.matches = static_cast<int>(more[17]);
+    return frame;
+  }
+
+  void add(const Digest& scan, const TrackedFrame& frame) {
+    std::vector<double> numbers(frame.controls.begin(), frame.controls.end());
+    const Eigen::Matrix4d& matrix = frame.scan_from_head.matrix();
+    numbers.insert(numbers.end(), matrix.data(), matrix.data() + 16);
+    numbers.insert(numbers.end(), {frame.residual_mm, static_cast<double>(frame.matches)});
+    entries_.push_back({scan, std::move(numbers)});
+    const auto now = std::chrono::steady_clock::now();
+    if (!writes_ || now - last_save_ < std::chrono::seconds(1)) return;
+    last_save_ = now;
+    std::string bytes;
+    for (const Entry& entry : entries_) {
+      bytes.append(reinterpret_cast<const char*>(entry.scan.bytes.data()), entry.scan.bytes.size());
+      bytes.append(reinterpret_cast<const char*>(entry.numbers.data()), row_ * sizeof(double));
+    }
+    journal_.keep("frames", bytes);
+  }
+
+ private:
+  static constexpr std::size_t kMore = 18;  // pose, residual, matches
+  struct Entry {
+    Digest scan;
+    std::vector<double> numbers;
+  };
+  WorkJournal& journal_;
+  const std::size_t row_;
+  const bool writes_;
+  std::vector<Entry> entries_;
+  std::chrono::steady_clock::time_point last_save_ = std::chrono::steady_clock::now();
+};
+
+std::string describe_work(const TrackArguments& arguments, const TemplateFiles& files, const Store& store,
+                          const Session& session) {
+  const RigPaths rig = rig_paths(*arguments.rig);
+  std::string text = std::string(kVersion) + "\n" + files.digest.hex() +
+                     fmt::format("\n{} {}", arguments.frame.value_or("scan"), arguments.points.value_or(0));
+  for (const std::filesystem::path& path : {rig.json, rig.exr})
+    text += "\n" + compute_digest(read_input_file(session, path)).hex();
+  return text + "\n" +
+         find_referenced_object(session, store, *arguments.subject + "/subdivide/head.glb").digest.hex();
+}
+
 int run_track(const TrackArguments& arguments, Session& session) {
   const double fps = arguments.fps.value_or(30);
   if (!(fps > 0 && fps <= 1000)) throw UsageError("--fps is not above 0, up to 1000");
@@ -87,7 +167,8 @@ int run_track(const TrackArguments& arguments, Session& session) {
   const Deformation rig = load_rig(session, *arguments.rig);
   check_same_template(rig.template_digest, files, *arguments.rig);
   const std::vector<std::filesystem::path> scans = read_list(session, *arguments.scans);
-  const HeadAsset asset = load_fitted_head(session, session.open_store(), *arguments.subject);
+  const Store store = session.open_store();
+  const HeadAsset asset = load_fitted_head(session, store, *arguments.subject);
   check_same_template(asset.template_digest, files, *arguments.subject);
   const Eigen::Matrix4d head_from_scan =
       frame_name == "head" ? Eigen::Matrix4d::Identity() : asset.scan_from_head.inverse().eval();
@@ -96,11 +177,20 @@ int run_track(const TrackArguments& arguments, Session& session) {
   for (const Eigen::Vector3f& p : asset.positions) control.push_back(p.cast<double>());
   Tracker tracker(rig, head, maker, maker.make(control, asset.displacements_mm), options);
   Motion motion = start_motion(rig, fps);
+  WorkJournal journal(store, describe_work(arguments, files, store, session));
+  TrackedSoFar so_far(journal, rig.controls.size(), !session.globals().is_dry_run);
   for (const std::filesystem::path& scan : scans) {
     session.environment().stop.throw_if_requested();
     TrackedFrame frame;
-    const std::vector<Eigen::Vector3f> points = read_points(session, scan, head_from_scan);
-    with_place(scan.string(), [&] { frame = tracker.track(points); });
+    const Digest digest = hash_scan(session.files(), scan).digest;
+    if (const auto found = so_far.find(motion.frame_count(), digest)) {
+      frame = *found;
+      tracker.resume(frame);
+    } else {
+      const std::vector<Eigen::Vector3f> points = read_points(session, scan, head_from_scan);
+      with_place(scan.string(), [&] { frame = tracker.track(points); });
+      so_far.add(digest, frame);
+    }
     add_frame(motion, frame);
     session.print(
         fmt::format("{}: {} matches, residual {:.3f} mm", scan.string(), frame.matches, frame.residual_mm));
@@ -116,6 +206,7 @@ int run_track(const TrackArguments& arguments, Session& session) {
   else
     write_motion_csv(motion, out);
   if (!session.globals().is_dry_run) write_output_files(session, {{*arguments.output, std::move(out).str()}});
+  if (!session.globals().is_dry_run) journal.forget();
   session.print(fmt::format("{}: {} frames", *arguments.output, motion.frame_count()));
   session.print_json({{"type", "motion"}, {"path", *arguments.output}, {"frames", motion.frame_count()}});
   return kExitDone;

@@ -6,6 +6,7 @@
 
 #include "formats/distance_field.h"
 #include "formats/scan_file.h"
+#include "orchestrator/tasks/ingest_state.h"
 #include "orchestrator/tasks/nouns.h"
 #include "orchestrator/tasks/stages.h"
 
@@ -56,6 +57,32 @@ void tell(TaskContext& context, const IngestSummary& summary) {
                            summary.removed_far, summary.removed_non_finite));
 }
 
+/// A state is as large as the cloud: it is saved where that is little beside what would be lost.
+void save_if_worth(TaskContext& context, const IngestState& state) {
+  constexpr double kWorthSaving_s = 1;
+  if (!context.checkpoint_due(kWorthSaving_s) && !context.stop_requested()) return;
+  const std::string bytes = encode_ingest_state(state);
+  context.save_checkpoint(std::as_bytes(std::span(bytes)));
+}
+
+IngestResult ingest_in_steps(TaskContext& context, const ControlMesh& head, const IngestOptions& options) {
+  std::optional<IngestState> state;
+  if (const auto bytes = context.load_checkpoint()) state = decode_ingest_state(*bytes);
+  if (!state) {
+    const ScanFile scan = load_scan(context);
+    context.progress(0.1);
+    state = place_head(scan, head, options);
+    save_if_worth(context, *state);
+  }
+  context.progress(0.5);
+  if (!state->cloud.has_normals()) {
+    orient_points(head, *state);
+    save_if_worth(context, *state);
+  }
+  context.progress(0.8);
+  return finish_ingest(head, options, std::move(*state));
+}
+
 }  // namespace
 
 void run_ingest(TaskContext& context) {
@@ -69,9 +96,7 @@ void run_ingest(TaskContext& context) {
   options.reject_mismatch = context.number("reject_mismatch");
 
   const auto head = load_generic_head(context);
-  const ScanFile scan = load_scan(context);
-  context.progress(0.1);
-  const IngestResult result = ingest(scan, *head, options);
+  const IngestResult result = ingest_in_steps(context, *head, options);
   context.progress(0.9);
   tell(context, result.summary);
   save(context, "cloud.vdb", [&](std::ostream& out) { write_vdb(result.cloud, out); });

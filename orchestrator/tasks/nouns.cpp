@@ -76,7 +76,11 @@ void save(TaskContext& context, const std::string& output, const std::function<v
 }
 
 void save_json(TaskContext& context, const std::string& output, const nlohmann::ordered_json& object) {
-  context.write_output(output, object.dump(1) + "\n");
+  context.write_output(output, format_json_output(object));
+}
+
+std::string format_json_output(const nlohmann::ordered_json& object) {
+  return object.dump(1) + "\n";
 }
 
 void save_control_positions(TaskContext& context, const std::string& output,

@@ -29,6 +29,7 @@ std::shared_ptr<const SubdivisionHierarchy> load_hierarchy(TaskContext& context,
 // Nouns into a task's outputs.
 void save(TaskContext& context, const std::string& output, const std::function<void(std::ostream&)>& write);
 void save_json(TaskContext& context, const std::string& output, const nlohmann::ordered_json& object);
+std::string format_json_output(const nlohmann::ordered_json& object);  ///< what save_json writes
 /// An .obj with the generic head's triangles and (u,v).
 void save_control_positions(TaskContext& context, const std::string& output,
                             const std::vector<Eigen::Vector3d>& positions);

@@ -21,40 +21,47 @@ RetargetPlan::RetargetPlan(Deformation rig, const ControlMesh& generic_head, Par
 }
 
 RetargetPlan::Outcome RetargetPlan::run(const std::string& subject, const HeadAsset& head,
-                                        RetargetFormat format, const WriteFile& write) const {
+                                        RetargetFormat format, const Door& door) const {
   std::vector<Eigen::Vector3d> control;
   for (const Eigen::Vector3f& p : head.positions) control.push_back(p.cast<double>());
   const NeutralSurface neutral = maker_.make(control, head.displacements_mm);
   const CompiledCascade cascade(rig_, fields_, neutral);
   Outcome outcome;
   outcome.figures = measure_motion(cascade, neutral, track_);
-  const WriteFile counting = [&](const std::string& name, const std::string& bytes) {
-    outcome.bytes += bytes.size();
-    write(name, bytes);
-  };
+  const Door counting{[&](const std::string& name, const std::string& bytes) {
+                        outcome.bytes += bytes.size();
+                        door.write(name, bytes);
+                      },
+                      [&](const std::string& name) {
+                        const auto size = door.has(name);
+                        outcome.bytes += size.value_or(0);
+                        return size;
+                      }};
   if (format == RetargetFormat::kGlb) {
     const AnimatedMesh animated =
         make_animated_mesh(cascade, neutral, rig_, track_, maker_.hierarchy().triangles(maker_.level()));
     outcome.morph_error_mm = measure_morph_error(cascade, animated, track_);
     std::ostringstream out;
     write_animated_glb(animated, out);
-    counting(subject + ".glb", std::move(out).str());
+    counting.write(subject + ".glb", std::move(out).str());
   }
   if (format == RetargetFormat::kObj) write_frames(subject, cascade, neutral, counting);
   return outcome;
 }
 
 void RetargetPlan::write_frames(const std::string& subject, const CompiledCascade& cascade,
-                                const NeutralSurface& neutral, const WriteFile& write) const {
+                                const NeutralSurface& neutral, const Door& door) const {
   TriangleMesh mesh;
   mesh.triangles = maker_.hierarchy().triangles(maker_.level());
   mesh.positions.resize(cascade.point_count());
   for (const Eigen::Vector2d& uv : neutral.uv) mesh.uv.push_back(uv.cast<float>());
   for (std::size_t i = 0; i < track_.frame_count(); ++i) {
+    const std::string name = fmt::format("{}/frame_{:05}.obj", subject, i);
+    if (door.has(name)) continue;
     cascade.evaluate(track_.frame(i), mesh.positions);
     std::ostringstream out;
     write_obj(mesh, out);
-    write(fmt::format("{}/frame_{:05}.obj", subject, i), std::move(out).str());
+    door.write(name, std::move(out).str());
   }
 }
 

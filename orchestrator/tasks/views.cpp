@@ -3,6 +3,7 @@
 #include <sstream>
 
 #include "orchestrator/tasks/head_surface.h"
+#include "orchestrator/tasks/kept_outputs.h"
 #include "orchestrator/tasks/nouns.h"
 #include "orchestrator/tasks/stages.h"
 #include "stages/geometry/normals.h"
@@ -38,6 +39,7 @@ class SheetMaker {
  public:
   explicit SheetMaker(TaskContext& context)
       : context_(context),
+        kept_(context),
         head_(load_generic_head(context)),
         hierarchy_(load_hierarchy(context, kSmoothLevel)),
         cloud_(load_cloud(context, "cloud.vdb")),
@@ -47,6 +49,7 @@ class SheetMaker {
   }
 
   void draw_ingest() {
+    if (kept_.write_kept("ingest.png")) return;
     std::vector<SheetRow> rows = {cloud_row("clean cloud"), cloud_row("grazing light")};
     rows[1].light = Light::kSide;
     if (cloud_.has_confidences()) {
@@ -62,6 +65,7 @@ class SheetMaker {
   }
 
   void draw_align() {
+    if (kept_.write_kept("align.png")) return;
     Eigen::Affine3d head_from_model;
     head_from_model.matrix() = matrix_from_json(load_json(context_, "alignment.json").at("head_from_model"));
     Positions aligned = head_->positions;
@@ -77,14 +81,18 @@ class SheetMaker {
   }
 
   void draw_local() {
+    if (kept_.write_kept("fit_local.png")) return;
     draw_control("fit_local", "features placed", load_control_positions(context_, "local.obj"), false);
   }
 
   void draw_global() {
+    if (kept_.write_kept("fit_global.png")) return;
     draw_control("fit_global", "control mesh", load_control_positions(context_, "control.obj"), true);
   }
 
   void draw_head() {
+    const bool has_sheet = kept_.write_kept("subdivide.png");
+    if (has_sheet && kept_.write_kept("closeups.png")) return;
     const TriangleMesh mesh = evaluate_head(context_.read_input("head.glb"), {});
     context_.progress(0.7);
     const double high = context_.number("heat_high_mm");
@@ -93,7 +101,7 @@ class SheetMaker {
                                   mesh_row("head to scan", mesh)};
     rows[2].heat = distance_map(compute_distances(cloud_, mesh, 2 * high), high);
     rows[3].heat = distance_map(compute_offsets(mesh, *scan, 2 * high), high);
-    save_sheet("subdivide", "the head; grey: not scanned", rows);
+    if (!has_sheet) save_sheet("subdivide", "the head; grey: not scanned", rows);
     context_.progress(0.9);
     draw_close_ups(rows);
   }
@@ -159,10 +167,13 @@ class SheetMaker {
   }
 
   void save_picture(const std::string& output, const Image& picture) {
-    save(context_, output, [&](std::ostream& out) { write_png(picture, out); });
+    std::ostringstream out;
+    write_png(picture, out);
+    kept_.write(output, std::move(out).str());
   }
 
   TaskContext& context_;
+  KeptOutputs kept_;
   std::shared_ptr<const ControlMesh> head_;
   std::shared_ptr<const SubdivisionHierarchy> hierarchy_;
   PointCloud cloud_;

@@ -132,10 +132,10 @@ struct ExpressionLearner::Impl {
   }
 
   /// Control vertices as the muscles would have them, in the neutral's frame.
-  Positions predict(const ScanSurface& scan, LearnedExpression& learned) const {
+  Positions predict(const ScanSurface& scan, LearnedExpression& learned, StepKeeper* keeper) const {
     if (!muscles) return control;
     const MuscleGuess guess = guess_muscles(scan, *muscles, muscle_surface, hierarchy.triangles(kMuscleLevel),
-                                            is_skipped, learned.scan_from_neutral);
+                                            is_skipped, learned.scan_from_neutral, keeper);
     const Cascade cascade(*muscles, muscle_surface.landmarks);
     const SampledFields fields = sample_fields(*muscles, muscle_surface.uv);
     Positions predicted = control;
@@ -149,7 +149,8 @@ struct ExpressionLearner::Impl {
   }
 
   /// Displacements of the control vertices, neutral's frame, from those that the muscles predict.
-  Positions fit(const ScanSurface& scan, const Positions& predicted, LearnedExpression& learned) const {
+  Positions fit(const ScanSurface& scan, const Positions& predicted, LearnedExpression& learned,
+                const std::string& step, StepKeeper* keeper) const {
     const Eigen::Isometry3d& motion = learned.scan_from_neutral;
     std::vector<Positions> levels;
     for (int level = 0; level <= kFinestLevel; ++level)
@@ -157,7 +158,7 @@ struct ExpressionLearner::Impl {
     Positions rest = levels[0];
     for (std::size_t v = 0; v < rest.size(); ++v) rest[v] += motion.linear() * (predicted[v] - control[v]);
     ElasticSkin skin(head, hierarchy, std::move(levels), is_movable);
-    const Positions fitted = skin.fit(scan, rest, make_rounds(options));
+    const Positions fitted = skin.fit(scan, rest, make_rounds(options), step, keeper);
     learned.mean_distance_mm = skin.mean_distance_mm();
     const Eigen::Isometry3d back = motion.inverse();
     Positions displacements(fitted.size());
@@ -202,20 +203,20 @@ ExpressionLearner::ExpressionLearner(const ControlMesh& generic_head, const Head
 
 ExpressionLearner::~ExpressionLearner() = default;
 
-LearnedExpression ExpressionLearner::learn(const PointCloud& cloud) const {
+LearnedExpression ExpressionLearner::learn(const PointCloud& cloud, StepKeeper* keeper) const {
   const Impl& self = *impl_;
   const ScanSurface scan(cloud);
   LearnedExpression learned;
   learned.scan_from_neutral = find_rigid_motion(scan, self.still);
-  const Positions predicted = self.predict(scan, learned);
+  const Positions predicted = self.predict(scan, learned, keeper);
   Positions& displacements = learned.displacements_mm;
-  displacements = self.fit(scan, predicted, learned);
+  displacements = self.fit(scan, predicted, learned, "first fit", keeper);
   // What the first fit saw moving, along the surface too, does not tell the head's motion.
   StillPlaces still = self.still;
   const std::vector<double> stillness = self.stillness_of(displacements);
   for (std::size_t i = 0; i < still.weights.size(); ++i) still.weights[i] *= stillness[i];
   learned.scan_from_neutral = find_rigid_motion(scan, still, learned.scan_from_neutral);
-  displacements = self.fit(scan, predicted, learned);
+  displacements = self.fit(scan, predicted, learned, "second fit", keeper);
 
   // What is left of a rigid motion is the head's own.
   Positions moved_control = self.surface_control;

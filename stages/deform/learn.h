@@ -10,6 +10,7 @@
 #include "formats/deformation.h"
 #include "formats/head_asset.h"
 #include "formats/point_cloud.h"
+#include "stages/geometry/step_keeper.h"
 
 namespace phiz {
 
@@ -40,7 +41,8 @@ class ExpressionLearner {
 
   /// `cloud`: ingested (mm, upright, normals, confidences), its head frame within 15 mm and 10 degrees of the
   /// neutral's. Throws InvalidInput, NumericalFailure. Deterministic. 10 s for 120,000 points on one core.
-  LearnedExpression learn(const PointCloud& cloud) const;
+  /// With a keeper an interrupted call of the same learner and cloud continues.
+  LearnedExpression learn(const PointCloud& cloud, StepKeeper* keeper = nullptr) const;
 
  private:
   struct Impl;

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <map>
 
+#include "stages/deform/block_matrix.h"
+#include "stages/deform/elastic_step.h"
 #include "stages/geometry/error.h"
 #include "stages/geometry/half_edge.h"
 #include "stages/geometry/normals.h"
@@ -59,47 +61,6 @@ std::vector<double> vertex_areas(const Positions& positions, const std::vector<E
   }
   return areas;
 }
-
-/// Lower half of a symmetric matrix of 3 x 3 blocks with a fixed pattern.
-class BlockMatrix {
- public:
-  void set_pattern(std::vector<std::vector<int>> columns) {
-    offsets_.assign(1, 0);
-    for (std::vector<int>& row : columns) {
-      std::sort(row.begin(), row.end());
-      row.erase(std::unique(row.begin(), row.end()), row.end());
-      columns_.insert(columns_.end(), row.begin(), row.end());
-      offsets_.push_back(static_cast<int>(columns_.size()));
-    }
-  }
-  void clear() { blocks_.assign(columns_.size(), Eigen::Matrix3d::Zero()); }
-  int rows() const { return static_cast<int>(offsets_.size()) - 1; }
-  /// `block` must be symmetric; it is added at (a, b) and (b, a).
-  void add(int a, int b, const Eigen::Matrix3d& block) {
-    const int row = std::max(a, b), column = std::min(a, b);
-    const auto begin = columns_.begin() + offsets_[row], end = columns_.begin() + offsets_[row + 1];
-    blocks_[std::lower_bound(begin, end, column) - columns_.begin()] += block;
-  }
-  Eigen::SparseMatrix<double> assemble() const {
-    std::vector<Eigen::Triplet<double>> entries;
-    entries.reserve(9 * blocks_.size());
-    for (int row = 0; row < rows(); ++row) {
-      for (int k = offsets_[row]; k < offsets_[row + 1]; ++k) {
-        for (int i = 0; i < 3; ++i)
-          for (int j = 0; j < 3; ++j)
-            if (3 * row + i >= 3 * columns_[k] + j)
-              entries.emplace_back(3 * row + i, 3 * columns_[k] + j, blocks_[k](i, j));
-      }
-    }
-    Eigen::SparseMatrix<double> matrix(3 * rows(), 3 * rows());
-    matrix.setFromTriplets(entries.begin(), entries.end());
-    return matrix;
-  }
-
- private:
-  std::vector<int> offsets_, columns_;
-  std::vector<Eigen::Matrix3d> blocks_;
-};
 
 struct Edge {
   int a, b;
@@ -370,15 +331,21 @@ double ElasticSkin::mean_distance_mm() const {
 }
 
 std::vector<Eigen::Vector3d> ElasticSkin::fit(const ScanSurface& scan, const Positions& rest,
-                                              std::span<const ElasticRound> rounds) {
+                                              std::span<const ElasticRound> rounds,
+                                              const std::string& step_name, StepKeeper* keeper) {
   Impl& skin = *impl_;
   CONTRACT(rest.size() == skin.unknown.size());
-  Positions x = rest;
+  ElasticStep state{0, 0, rest};
+  const auto kept = keeper != nullptr ? keeper->find(step_name) : std::nullopt;
+  if (kept && state.read(*kept)) skin.mean_distance_mm = state.mean_distance_mm;
+  Positions& x = state.positions;
+  int iteration = 0;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
   bool is_analysed = false;
   for (const ElasticRound& round : rounds) {
     CONTRACT(round.level >= 1 && round.level <= kLevels);
     for (int i = 0; i < round.iterations; ++i) {
+      if (iteration++ < state.iterations) continue;
       skin.matrix.clear();
       skin.right = Eigen::VectorXd::Zero(3 * skin.matrix.rows());
       skin.add_matches(scan, x, round);
@@ -392,6 +359,9 @@ std::vector<Eigen::Vector3d> ElasticSkin::fit(const ScanSurface& scan, const Pos
         throw NumericalFailure("the elastic fit of an expression diverged");
       for (std::size_t v = 0; v < x.size(); ++v)
         if (skin.unknown[v] >= 0) x[v] += step.segment<3>(3 * skin.unknown[v]);
+      state.iterations = iteration;
+      state.mean_distance_mm = skin.mean_distance_mm;
+      if (keeper != nullptr) keeper->keep(step_name, state.numbers());
     }
   }
   return x;

@@ -7,6 +7,7 @@
 
 #include "formats/control_mesh.h"
 #include "stages/geometry/scan_surface.h"
+#include "stages/geometry/step_keeper.h"
 #include "stages/subdivide/subdivide.h"
 
 namespace phiz {
@@ -33,9 +34,11 @@ class ElasticSkin {
   ~ElasticSkin();
 
   /// Control vertices drawn onto the scan from `rest` (what the muscles predict, or the neutral itself): the
-  /// energies count from there. Throws NumericalFailure. Deterministic; 0.2 s an iteration.
+  /// energies count from there. With a keeper every iteration is kept under the name `step`. Throws
+  /// NumericalFailure. Deterministic; 0.2 s an iteration.
   std::vector<Eigen::Vector3d> fit(const ScanSurface& scan, const std::vector<Eigen::Vector3d>& rest,
-                                   std::span<const ElasticRound> rounds);
+                                   std::span<const ElasticRound> rounds, const std::string& step = {},
+                                   StepKeeper* keeper = nullptr);
   double mean_distance_mm() const;  ///< of the last round's matches
 
  private:

@@ -159,16 +159,29 @@ class MuscleSearch {
 
 MuscleGuess guess_muscles(const ScanSurface& scan, const Deformation& rig, const NeutralSurface& neutral,
                           const std::vector<Eigen::Vector3i>& triangles, const std::vector<bool>& skip,
-                          const Eigen::Isometry3d& scan_from_neutral) {
+                          const Eigen::Isometry3d& scan_from_neutral, StepKeeper* keeper) {
   const MuscleSearch search(scan, rig, neutral, triangles, skip, scan_from_neutral);
   std::optional<std::size_t> jaw;
   for (std::size_t k = 0; k < rig.parameters.size(); ++k)
     if (rig.parameters[k].name == kJaw) jaw = k;
-  MuscleGuess best = search.search(jaw, 0);
+  const auto search_from = [&](double start) {
+    const std::string step = "muscles from " + std::to_string(start);
+    const auto kept = keeper != nullptr ? keeper->find(step) : std::nullopt;
+    if (kept && kept->size() == rig.parameters.size() + 1)
+      return MuscleGuess{{kept->begin(), kept->end() - 1}, kept->back()};
+    MuscleGuess guess = search.search(jaw, start);
+    if (keeper != nullptr) {
+      std::vector<double> numbers = guess.parameters;
+      numbers.push_back(guess.cost);
+      keeper->keep(step, numbers);
+    }
+    return guess;
+  };
+  MuscleGuess best = search_from(0);
   if (!jaw) return best;
   for (const double start : kJawStarts) {
     if (start == 0) continue;
-    MuscleGuess other = search.search(jaw, start);
+    MuscleGuess other = search_from(start);
     if (other.cost < best.cost) best = std::move(other);
   }
   return best;

@@ -5,6 +5,7 @@
 
 #include "stages/deform/deform.h"
 #include "stages/geometry/scan_surface.h"
+#include "stages/geometry/step_keeper.h"
 
 namespace phiz {
 
@@ -19,6 +20,6 @@ struct MuscleGuess {
 /// for 6,000 points and 54 parameters.
 MuscleGuess guess_muscles(const ScanSurface& scan, const Deformation& rig, const NeutralSurface& neutral,
                           const std::vector<Eigen::Vector3i>& triangles, const std::vector<bool>& skip,
-                          const Eigen::Isometry3d& scan_from_neutral);
+                          const Eigen::Isometry3d& scan_from_neutral, StepKeeper* keeper = nullptr);
 
 }  // namespace phiz

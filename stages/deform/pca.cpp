@@ -5,6 +5,8 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 
 #include "stages/geometry/error.h"
 #include "stages/geometry/parallel.h"
@@ -62,6 +64,71 @@ void StreamingPca::add(std::span<const float> vector) {
 
 void StreamingPca::finish() {
   if (!batch_.empty()) update();
+}
+
+namespace {
+
+struct StateHeader {
+  std::uint64_t tag = 0x3161637067697a70;  // changes whenever the layout does
+  std::uint64_t length = 0, most = 0, count = 0, batch = 0, components = 0;
+  double scatter = 0;
+};
+
+template <class Number>
+void append(std::string& bytes, const std::vector<Number>& numbers) {
+  bytes.append(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(Number));
+}
+
+/// `bytes` must hold so many.
+template <class Number>
+std::vector<Number> take(std::string_view& bytes, std::size_t count) {
+  std::vector<Number> numbers(count);
+  if (count > 0) std::memcpy(numbers.data(), bytes.data(), count * sizeof(Number));
+  bytes.remove_prefix(count * sizeof(Number));
+  return numbers;
+}
+
+}  // namespace
+
+std::string StreamingPca::encode() const {
+  StateHeader header;
+  header.length = weights_.size();
+  header.most = static_cast<std::uint64_t>(most_);
+  header.count = count_;
+  header.batch = batch_.size();
+  header.components = components_.size();
+  header.scatter = scatter_;
+  std::string bytes(reinterpret_cast<const char*>(&header), sizeof header);
+  append(bytes, weights_);
+  append(bytes, mean_);
+  append(bytes, variances_);
+  for (const std::vector<float>& component : components_) append(bytes, component);
+  for (const std::vector<float>& vector : batch_) append(bytes, vector);
+  return bytes;
+}
+
+bool StreamingPca::restore(std::string_view bytes) {
+  StateHeader header;
+  if (bytes.size() < sizeof header) return false;
+  std::memcpy(&header, bytes.data(), sizeof header);
+  bytes.remove_prefix(sizeof header);
+  const std::uint64_t rows = header.components + header.batch, length = weights_.size();
+  const bool is_ours = header.tag == StateHeader{}.tag && header.length == length &&
+                       header.most == static_cast<std::uint64_t>(most_) && header.components <= header.most &&
+                       header.batch <= bytes.size() / sizeof(float) / length;
+  const std::uint64_t expected = length * (sizeof(float) + sizeof(double)) +
+                                 header.components * sizeof(double) + rows * length * sizeof(float);
+  if (!is_ours || bytes.size() != expected) return false;
+  if (take<float>(bytes, length) != weights_) return false;
+  mean_ = take<double>(bytes, length);
+  variances_ = take<double>(bytes, header.components);
+  components_.clear();
+  batch_.clear();
+  for (std::uint64_t i = 0; i < header.components; ++i) components_.push_back(take<float>(bytes, length));
+  for (std::uint64_t i = 0; i < header.batch; ++i) batch_.push_back(take<float>(bytes, length));
+  count_ = header.count;
+  scatter_ = header.scatter;
+  return true;
 }
 
 double StreamingPca::total_variance() const {

@@ -25,6 +25,12 @@ class StreamingPca {
   /// Takes in what waits for a full batch. Called by add(); call it once after the last vector.
   void finish();
 
+  /// All that add() has come to, so that an interrupted computation can continue: bytes of this machine's
+  /// layout.
+  std::string encode() const;
+  /// False, and nothing changed, where the bytes are not of the same weights and number of components.
+  bool restore(std::string_view bytes);
+
   std::size_t count() const { return count_ + batch_.size(); }
   std::size_t length() const { return weights_.size(); }
   const std::vector<float>& weights() const { return weights_; }

@@ -179,41 +179,58 @@ OrientationGuide make_guide(const ControlMesh& head, double scale) {
 
 }  // namespace
 
-IngestResult ingest(const ScanFile& scan, const ControlMesh& generic_head, const IngestOptions& options) {
-  IngestResult result;
-  IngestSummary& summary = result.summary;
-  result.cloud = gather_points(scan, options, summary);
+IngestState place_head(const ScanFile& scan, const ControlMesh& generic_head, const IngestOptions& options) {
+  IngestState state;
+  IngestSummary& summary = state.summary;
+  state.cloud = gather_points(scan, options, summary);
 
-  const Inliers inliers = find_inliers(result.cloud.positions);
+  const Inliers inliers = find_inliers(state.cloud.positions);
   auto poses = search_pose(thin_scan(inliers), generic_head);
   summary.pose_score = poses.front().score;
   poses.resize(std::min<std::size_t>(poses.size(), 3));
-  const float spacing = median_spacing(result.cloud.positions);
+  const float spacing = median_spacing(state.cloud.positions);
   polish_poses(inliers.points, spacing, generic_head, poses);
   const SimilarityPose& pose = poses.front();
   summary.pose_mismatch = pose.score;
   if (summary.pose_score > options.reject_score || pose.score > options.reject_mismatch) reject(summary);
   find_unit(pose.scale, options, summary);
-  summary.head_scale = result.head_scale = pose.scale * summary.mm_per_unit;
+  summary.head_scale = state.head_scale = pose.scale * summary.mm_per_unit;
   summary.turned_deg = Eigen::AngleAxisd(pose.rotation).angle() * 180 / std::numbers::pi;
 
-  result.scan_from_head.setIdentity();
-  result.scan_from_head.topLeftCorner<3, 3>() = pose.rotation / summary.mm_per_unit;
-  result.scan_from_head.topRightCorner<3, 1>() = pose.translation + scan.origin;
+  state.scan_from_head.topLeftCorner<3, 3>() = pose.rotation / summary.mm_per_unit;
+  state.scan_from_head.topRightCorner<3, 1>() = pose.translation + scan.origin;
   const Eigen::Matrix3d head_from_scan = pose.rotation.transpose() * summary.mm_per_unit;
-  for (auto& p : result.cloud.positions)
+  for (auto& p : state.cloud.positions)
     p = (head_from_scan * (p.cast<double>() - pose.translation)).cast<float>();
 
-  const float spacing_mm = spacing * static_cast<float>(summary.mm_per_unit);
-  remove_unwanted(result.cloud, generic_head, spacing_mm, options, summary);
-  summary.points_kept = result.cloud.size();
-  const NormalEstimate estimate = estimate_normals(result.cloud, std::max(1.6f, 1.6f * spacing_mm),
-                                                   make_guide(generic_head, summary.head_scale));
-  summary.noise_mm = estimate.noise_mm;
-  summary.density_per_mm2 = estimate.density_per_mm2;
-  summary.coverage = compute_coverage(result.cloud, generic_head, summary.head_scale);
+  state.spacing_mm = spacing * static_cast<float>(summary.mm_per_unit);
+  remove_unwanted(state.cloud, generic_head, state.spacing_mm, options, summary);
+  summary.points_kept = state.cloud.size();
+  return state;
+}
+
+void orient_points(const ControlMesh& generic_head, IngestState& state) {
+  const NormalEstimate estimate = estimate_normals(state.cloud, std::max(1.6f, 1.6f * state.spacing_mm),
+                                                   make_guide(generic_head, state.head_scale));
+  state.summary.noise_mm = estimate.noise_mm;
+  state.summary.density_per_mm2 = estimate.density_per_mm2;
+}
+
+IngestResult finish_ingest(const ControlMesh& generic_head, const IngestOptions& options, IngestState state) {
+  IngestResult result;
+  result.cloud = std::move(state.cloud);
+  result.scan_from_head = state.scan_from_head;
+  result.head_scale = state.head_scale;
+  result.summary = std::move(state.summary);
+  result.summary.coverage = compute_coverage(result.cloud, generic_head, result.summary.head_scale);
   result.distance_field = compute_distance_field(result.cloud, options.field_voxel_mm);
   return result;
+}
+
+IngestResult ingest(const ScanFile& scan, const ControlMesh& generic_head, const IngestOptions& options) {
+  IngestState state = place_head(scan, generic_head, options);
+  orient_points(generic_head, state);
+  return finish_ingest(generic_head, options, std::move(state));
 }
 
 }  // namespace phiz

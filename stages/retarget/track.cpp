@@ -252,4 +252,10 @@ TrackedFrame Tracker::track(std::span<const Vector3f> points) {
   return impl.state;
 }
 
+void Tracker::resume(const TrackedFrame& last) {
+  if (last.controls.size() != impl_->state.controls.size())
+    throw InvalidInput("a tracked frame of another rig");
+  impl_->state = last;
+}
+
 }  // namespace phiz

@@ -46,6 +46,9 @@ class Tracker {
   /// lie near the face.
   TrackedFrame track(std::span<const Eigen::Vector3f> points);
 
+  /// Goes on from a frame that an earlier tracker of the same making has returned.
+  void resume(const TrackedFrame& last);
+
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;

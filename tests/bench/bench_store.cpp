@@ -8,22 +8,24 @@ namespace {
 int run(int argc, char** argv) {
   using namespace phiz::bench;
   bool is_json = false, is_long = false;
-  std::string only;
+  std::string only, record;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     is_json = is_json || word == "--json";
     is_long = is_long || word == "--long";
     if (word == "--only" && i + 1 < argc) only = argv[++i];
+    if (word == "--record" && i + 1 < argc) record = argv[++i];
   }
   describe_run("store", "synthetic", is_json, std::cout);
   Board board("store", is_json, std::cout);
   const ScratchFolder scratch;
-  const StoreBench bench{board, scratch, is_long, PHIZ_BUILD_FOLDER};
+  const StoreBench bench{board, scratch, is_long, PHIZ_BUILD_FOLDER, record};
   const std::vector<std::pair<std::string, void (*)(const StoreBench&)>> parts = {
       {"many", measure_many_subjects},
       {"write", measure_write_path},
       {"overhead", measure_overhead},
       {"kills", measure_kills},
+      {"lost", measure_lost_work},
       {"sharing", measure_sharing},
       {"gc", measure_collecting},
       {"rot", measure_rot},

@@ -15,6 +15,7 @@ struct StoreBench {
   const ScratchFolder& scratch;
   bool is_long = false;
   std::filesystem::path build_folder;  ///< where the tests lie
+  std::filesystem::path record;        ///< long runs are written down there piece by piece; may be empty
 };
 
 /// Small scans made by `phiz synth`, fitted in about half a second each.
@@ -27,6 +28,7 @@ void measure_many_subjects(const StoreBench& bench);  ///< 10,000 finished ones:
 void measure_write_path(const StoreBench& bench);     ///< commit against sha256sum, cp and sync
 void measure_overhead(const StoreBench& bench);       ///< tasks that do nothing
 void measure_kills(const StoreBench& bench);          ///< kill -9 of four processes on one store
+void measure_lost_work(const StoreBench& bench);      ///< kill -9 in the middle of long stages
 void measure_sharing(const StoreBench& bench);        ///< eight processes, the same subjects
 void measure_collecting(const StoreBench& bench);     ///< gc beside running fits
 void measure_rot(const StoreBench& bench);            ///< one flipped bit

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "tests/bench/bench_store.h"
+#include "tests/bench/tally.h"
 
 namespace phiz::bench {
 namespace {
@@ -49,9 +50,10 @@ struct Toll {
   int kills = 0, corrupt = 0, lost = 0, failed = 0, stale = 0, different = 0;
 };
 
-/// Four processes at once, each killed at a random instant; then what must hold.
-void kill_four(const fs::path& store, const fs::path& list, double horizon_s, std::mt19937_64& random,
-               std::set<std::string>& seen, Toll& toll) {
+/// Four processes at once, each killed at a random instant; then what must hold. How many of them came to
+/// their end.
+int kill_four(const fs::path& store, const fs::path& list, double horizon_s, std::mt19937_64& random,
+              std::set<std::string>& seen, Toll& toll) {
   std::vector<std::thread> threads;
   std::atomic<int> kills = 0, failed = 0;
   for (int i = 0; i < 4; ++i) {
@@ -65,11 +67,12 @@ void kill_four(const fs::path& store, const fs::path& list, double horizon_s, st
   for (std::thread& thread : threads) thread.join();
   toll.kills += kills;
   toll.failed += failed;
-  if (!fs::exists(store / "phiz-store.json")) return;
+  if (!fs::exists(store / "phiz-store.json")) return 4 - kills;
   if (run_phiz(store, {"store", "verify", "-q"}).exit_code != 0) ++toll.corrupt;
   const std::set<std::string> now = list_files(store / "results");
   for (const std::string& result : seen) toll.lost += !now.contains(result);
   seen.insert(now.begin(), now.end());
+  return 4 - kills;
 }
 
 }  // namespace
@@ -97,32 +100,47 @@ std::string list_outputs(const fs::path& store) {
 
 void measure_kills(const StoreBench& bench) {
   const int wanted = bench.is_long ? 1000 : 24;
+  Tally tally(bench.record, "kills");
   const fs::path list = write_list(bench, make_small_scans(bench, 3), "kills.csv");
   const fs::path whole = bench.scratch / "undisturbed";
   const auto undisturbed = fit_list(whole, list, {});
   const std::string outputs = list_outputs(whole);
   if (undisturbed.exit_code != 0 || outputs.empty())
     return bench.board.add_missing("kills", at_least(wanted), "phiz fit: " + undisturbed.err);
-  std::mt19937_64 random(8);
-  Toll toll;
-  for (int round = 0; toll.kills < wanted; ++round) {
-    const fs::path store = bench.scratch / fmt::format("killed{}", round);
+  // Instants within what is left to do, however busy the machine is.
+  double horizon_s = undisturbed.seconds;
+  while (tally["kills"] < wanted) {
+    std::mt19937_64 random(8 + static_cast<std::uint64_t>(tally.pieces()));
+    Toll toll;
+    const fs::path store = bench.scratch / fmt::format("killed{}", tally.pieces());
     std::set<std::string> seen;
-    for (int i = 0; i < 6 && toll.kills < wanted; ++i)
-      kill_four(store, list, undisturbed.seconds, random, seen, toll);
+    for (int i = 0; i < 6 && tally["kills"] + toll.kills < wanted; ++i) {
+      const int ended = kill_four(store, list, horizon_s, random, seen, toll);
+      horizon_s = std::clamp(horizon_s * (ended > 0 ? 0.7 : 1.2), 0.2, 60.0);
+      if (ended > 0) break;  // all is finished
+    }
     toll.failed += fit_list(store, list, {}).exit_code != 0;
     toll.different += list_outputs(store) != outputs;
     toll.stale += static_cast<int>(list_files(store / "leases").size());
     toll.corrupt += run_phiz(store, {"store", "verify"}).exit_code != 0;
     fs::remove_all(store);
+    tally.add({{"kills", toll.kills},
+               {"corrupt", toll.corrupt},
+               {"lost", toll.lost},
+               {"failed", toll.failed},
+               {"stale", toll.stale},
+               {"different", toll.different}});
   }
   bench.board.note("kill -9 of 4 processes on one store at random instants, 3 small subjects, then resumed");
-  bench.board.add({"kills", static_cast<double>(toll.kills), "", at_least(wanted)});
-  bench.board.add({"corrupt after a kill", static_cast<double>(toll.corrupt), "", at_most(0)});
-  bench.board.add({"lost results", static_cast<double>(toll.lost), "", at_most(0)});
-  bench.board.add({"runs that failed", static_cast<double>(toll.failed), "", at_most(0)});
-  bench.board.add({"stale locks", static_cast<double>(toll.stale), "", at_most(0)});
-  bench.board.add({"final outputs that differ", static_cast<double>(toll.different), "", at_most(0)});
+  const auto add = [&](const std::string& what, const std::string& name, const Bar& bar) {
+    bench.board.add({what, static_cast<double>(tally[name]), "", bar});
+  };
+  add("kills", "kills", at_least(wanted));
+  add("corrupt after a kill", "corrupt", at_most(0));
+  add("lost results", "lost", at_most(0));
+  add("runs that failed", "failed", at_most(0));
+  add("stale locks", "stale", at_most(0));
+  add("final outputs that differ", "different", at_most(0));
 }
 
 void measure_sharing(const StoreBench& bench) {
@@ -155,10 +173,12 @@ void measure_collecting(const StoreBench& bench) {
   const int rounds = bench.is_long ? 100 : 10;
   const std::vector<fs::path> scans = make_small_scans(bench, 2);
   const fs::path store = bench.scratch / "collected";
-  int collected = 0, failed = 0, missing = 0, damaged = 0;
-  for (int round = 0; round < rounds; ++round) {
+  Tally tally(bench.record, "gc");
+  while (tally.pieces() < rounds) {
     // Two settings in turn: what one round no longer needs the next one needs again.
-    const std::vector<std::string> settings = {"--set", fmt::format("fit_global.rounds={}", 6 + round % 2)};
+    const std::vector<std::string> settings = {"--set",
+                                               fmt::format("fit_global.rounds={}", 6 + tally.pieces() % 2)};
+    int collected = 0, failed = 0, missing = 0;
     std::atomic<bool> is_running = true;
     std::thread collector([&] {
       while (is_running) {
@@ -171,16 +191,17 @@ void measure_collecting(const StoreBench& bench) {
     const FitRun second = run_fit(scans, {store, 1, settings, {}});
     is_running = false;
     collector.join();
-    failed += first.program.exit_code != 0 || second.program.exit_code != 0;
+    failed += (first.program.exit_code != 0) + (second.program.exit_code != 0);
     for (const auto& [name, subject] : second.subjects) {
       for (const auto& [stage, step] : subject.stages) missing += step.is_computed;
     }
-    damaged += run_phiz(store, {"store", "verify"}).exit_code != 0;
+    missing += run_phiz(store, {"store", "verify"}).exit_code != 0;
+    tally.add({{"collected", collected}, {"failed", failed}, {"missing", missing}});
   }
   bench.board.note(fmt::format("{} rounds of fits with changing settings beside gc --older-than 0s", rounds));
-  bench.board.add({"collections", static_cast<double>(collected), "", at_least(rounds)});
-  bench.board.add({"runs and collections that failed", static_cast<double>(failed), "", at_most(0)});
-  bench.board.add({"needed things removed", static_cast<double>(missing + damaged), "", at_most(0)});
+  bench.board.add({"collections", static_cast<double>(tally["collected"]), "", at_least(rounds)});
+  bench.board.add({"runs and collections that failed", static_cast<double>(tally["failed"]), "", at_most(0)});
+  bench.board.add({"needed things removed", static_cast<double>(tally["missing"]), "", at_most(0)});
 }
 
 }  // namespace phiz::bench

@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "tests/bench/bench_store.h"
+#include "tests/bench/tally.h"
 
 namespace phiz::bench {
 namespace {
@@ -107,9 +108,9 @@ void measure_rot(const StoreBench& bench) {
   const fs::path head = bench.scratch / "head.glb";
   run_phiz(whole, {"export", subject, "-o", head.string()});
   const std::string good = read_bytes(head);
-  std::mt19937_64 random(1);
-  int found = 0, repaired = 0, delivered = 0;
-  for (int i = 0; i < flips; ++i) {
+  Tally tally(bench.record, "rot");
+  while (tally.pieces() < flips) {
+    std::mt19937_64 random(1000 + static_cast<std::uint64_t>(tally.pieces()));
     const fs::path store = bench.scratch / "rotten";
     fs::remove_all(store);
     fs::copy(whole, store, fs::copy_options::recursive);
@@ -117,20 +118,23 @@ void measure_rot(const StoreBench& bench) {
     flip_bit(files[random() % files.size()], random);
     fs::remove(head);
     const auto exported = run_phiz(store, {"export", subject, "-o", head.string()});
-    delivered += exported.exit_code == 0 && read_bytes(head) != good;
     const fs::path copy = bench.scratch / "rotten2";
     fs::remove_all(copy);
     fs::copy(store, copy, fs::copy_options::recursive);
     // A file that the export has set aside is found by its absence.
-    found += run_phiz(copy, {"store", "verify"}).exit_code == 12 || exported.exit_code != 0;
+    const int found = run_phiz(copy, {"store", "verify"}).exit_code == 12 || exported.exit_code != 0;
+    const int delivered = exported.exit_code == 0 && read_bytes(head) != good;
     run_phiz(store, {"store", "verify", "--repair"});
     run_phiz(store, {"fit", "-q", scan.string()});  // a record of a subject is made by the next fit
-    repaired += list_outputs(store) == outputs && run_phiz(store, {"store", "verify"}).exit_code == 0;
+    const int repaired =
+        list_outputs(store) == outputs && run_phiz(store, {"store", "verify"}).exit_code == 0;
+    tally.add({{"found", found}, {"repaired", repaired}, {"delivered", delivered}});
   }
-  bench.board.note(fmt::format("{} single flipped bits anywhere in a store", flips));
-  bench.board.add({"found by verify", 100.0 * found / flips, "%", at_least(100)});
-  bench.board.add({"repaired by recomputation", 100.0 * repaired / flips, "%", at_least(100)});
-  bench.board.add({"delivered", static_cast<double>(delivered), "", at_most(0)});
+  const int count = tally.pieces();
+  bench.board.note(fmt::format("{} single flipped bits anywhere in a store", count));
+  bench.board.add({"found by verify", 100.0 * tally["found"] / count, "%", at_least(100)});
+  bench.board.add({"repaired by recomputation", 100.0 * tally["repaired"] / count, "%", at_least(100)});
+  bench.board.add({"delivered", static_cast<double>(tally["delivered"]), "", at_most(0)});
 }
 
 void measure_full_disk(const StoreBench& bench) {

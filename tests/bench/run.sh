@@ -3,6 +3,7 @@
 #   bash tests/bench/run.sh fit            one area; several; `all`
 #   bash tests/bench/run.sh fit --long     all rotations and kills (about an hour)
 #   bash tests/bench/run.sh fit --json     JSON lines
+#   bash tests/bench/run.sh store --long --record FILE    long runs in pieces: stop at will, the same command continues
 # Ends with 1 where a figure falls short. Test scans: $PHIZ_DATA, by default ../shared/data.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../../.ci/setup.sh"
@@ -10,10 +11,13 @@ source "$(dirname "${BASH_SOURCE[0]}")/../../.ci/setup.sh"
 known=(fit head fields store)
 areas=()
 options=()
-for word in "$@"; do
+while [ "$#" -gt 0 ]; do
+  word="$1"
+  shift
   case "$word" in
     --json|--long) options+=("$word") ;;
-    -h|--help) sed -n '2,6s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    --only|--record) options+=("$word" "${1:?$word wants a value}"); shift ;;
+    -h|--help) sed -n '2,7s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
     all) areas+=("${known[@]}") ;;
     *)
       if ! printf '%s\n' "${known[@]}" | grep -qxF -- "$word"; then

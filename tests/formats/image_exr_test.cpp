@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <sstream>
 
@@ -96,6 +97,44 @@ TEST(Exr, FilesWithoutASealSurviveNoiseToo) {
   EXPECT_EQ(read(bytes).attributes.count("fhizSeal"), 1u);
   test::expect_prefixes_refused(bytes, 13, read);
   test::expect_mutations_survived(bytes, 5000, read);
+}
+
+std::string number(std::uint32_t value) {
+  return {reinterpret_cast<const char*>(&value), 4};
+}
+
+std::string attribute(const std::string& name, const std::string& type, const std::string& value) {
+  return name + '\0' + type + '\0' + number(static_cast<std::uint32_t>(value.size())) + value;
+}
+
+/// A header with this attribute first, then those every file has.
+std::string file_with(const std::string& first, std::uint32_t version = 2) {
+  const std::string no_channels(1, '\0');
+  return "\x76\x2f\x31\x01" + number(version) + first +
+         attribute("dataWindow", "box2i", number(0) + number(0) + number(3) + number(3)) + no_channels +
+         std::string(64, 'x');
+}
+
+TEST(Exr, WhatAHeaderClaimsIsComparedWithTheFileBeforeRoomIsMade) {
+  const auto refused = [](const std::string& bytes, const std::string& why) {
+    try {
+      read(bytes);
+      ADD_FAILURE() << "was read: " << why;
+    } catch (const FormatError& error) {
+      EXPECT_NE(std::string(error.what()).find(why), std::string::npos) << error.what();
+    }
+  };
+  // OpenEXR ends a channel list at its empty name, wherever its length says: what follows is read as
+  // attributes.
+  const std::string hidden = std::string("x\0string\0", 9) + number(0x7fffffff);
+  refused(file_with(attribute("channels", "chlist", '\0' + hidden)), "channels are not as long");
+  refused(file_with(attribute("texts", "stringvector", number(0x7fffffff))), "list of texts");
+  refused(file_with(attribute("preview", "preview", number(50'000) + number(10'000))), "preview");
+  refused(file_with(attribute("lineOrder", "lineOrder", "12")), "of no such length");
+  refused(file_with(attribute("a", "int", number(1)) + attribute("a", "int", number(2))), "two attributes");
+  refused(file_with(attribute("ids", "idmanifest", number(8) + number(0x7fffffff))), "ID manifest");
+  refused(file_with({}, 2 | 0x200), "tiled");
+  refused(file_with({}), "has no channels");
 }
 
 TEST(Exr, RefusesWhatIsNoExr) {

@@ -1,8 +1,10 @@
 // Stands in for libFuzzer where the compiler has none: mutates the corpus without looking at coverage, from a
 // fixed seed, so that every run sees the same bytes.
 //   PHIZ_FUZZ_TARGET=ply phiz_fuzz CORPUS_FOLDER [--seconds N] [--runs N] [--seed N]
-// What it was given last lies in ./phiz-fuzz-last when it ends otherwise than with code 0.
+// What it was given last lies in ./phiz-fuzz-last when it ends otherwise than with code 0. Memory that is not
+// given back is a finding too: the heap in use at the end is compared with that after the first inputs.
 
+#include <malloc.h>
 #include <signal.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -30,6 +32,8 @@ namespace fs = std::filesystem;
 constexpr unsigned kSecondsAnInput = 20;
 constexpr std::size_t kMaxBytes = 1 << 20;
 constexpr std::uint64_t kMaxMemoryBytes = std::uint64_t{4} << 30;
+constexpr std::uint64_t kWarmUpRuns = 20'000;
+constexpr std::int64_t kMaxHeapGrowthBytes = 1 << 20;  // caches of libraries, not one block a run
 
 std::string current;  // what is being read
 
@@ -176,7 +180,22 @@ void read_one(const std::string& bytes) {
   ::alarm(0);
 }
 
-std::uint64_t run(const Arguments& arguments) {
+std::int64_t heap_in_use() {
+#if defined(__SANITIZE_ADDRESS__)
+  return 0;  // it looks for leaks itself
+#else
+  const struct mallinfo2 info = ::mallinfo2();
+  return static_cast<std::int64_t>(info.uordblks + info.hblkhd);
+#endif
+}
+
+struct Ran {
+  std::uint64_t runs = 0;
+  double seconds = 0;
+  std::int64_t heap_growth_bytes = 0;  // since the warm-up; 0 for shorter runs
+};
+
+Ran run(const Arguments& arguments) {
   const std::vector<std::string> corpus = read_corpus(arguments.corpus);
   for (const std::string& bytes : corpus) read_one(bytes);
   Mutator mutator(corpus, arguments.seed);
@@ -184,9 +203,16 @@ std::uint64_t run(const Arguments& arguments) {
   const auto elapsed = [&] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   };
-  std::uint64_t runs = corpus.size();
-  for (; runs < arguments.runs && elapsed() < arguments.seconds; ++runs) read_one(mutator.next());
-  return runs;
+  Ran ran{corpus.size()};
+  std::int64_t heap_at_first = 0;
+  for (; ran.runs < arguments.runs && elapsed() < arguments.seconds; ++ran.runs) {
+    read_one(mutator.next());
+    if (ran.runs == kWarmUpRuns) heap_at_first = heap_in_use();
+  }
+  ran.seconds = elapsed();
+  current = {};
+  if (ran.runs > kWarmUpRuns) ran.heap_growth_bytes = heap_in_use() - heap_at_first;
+  return ran;
 }
 
 }  // namespace
@@ -198,8 +224,10 @@ int main(int argc, char** argv) {
   ::setrlimit(RLIMIT_AS, &memory);  // who allocates by a header's word alone, fails
 #endif
   try {
-    std::cout << run(parse(argc, argv)) << " runs\n";
-    return 0;
+    const Ran ran = run(parse(argc, argv));
+    std::cout << ran.runs << " runs, " << ran.seconds << " s, heap grew by " << ran.heap_growth_bytes
+              << " bytes\n";
+    return ran.heap_growth_bytes > kMaxHeapGrowthBytes ? 1 : 0;
   } catch (const std::exception& error) {
     std::ofstream("phiz-fuzz-last", std::ios::binary) << current;
     std::cerr << "a reader let through: " << error.what() << "\n";

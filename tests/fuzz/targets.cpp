@@ -77,6 +77,25 @@ void read_distance(const std::string& bytes) {
   read_vdb_distance_field(in);
 }
 
+/// An EXR file sealed anew, where it bears our seal.
+std::string sealed_exr(std::string bytes) {
+  const std::string entry("phizSeal\0string\0\x40\0\0\0", 20);
+  constexpr std::size_t kSealLength = 64;
+  const std::size_t at = bytes.find(entry);
+  if (at != std::string::npos && at + entry.size() + kSealLength <= bytes.size()) {
+    bytes.replace(at + entry.size(), kSealLength, digest_without(bytes, at + entry.size(), kSealLength));
+  }
+  return bytes;
+}
+void read_picture(const std::string& bytes) {
+  std::istringstream in(sealed_exr(bytes));
+  read_exr(in);
+}
+void read_geometry(const std::string& bytes) {
+  std::istringstream in(sealed_exr(bytes));
+  read_geometry_image(in);
+}
+
 void read_head(const std::string& bytes) {
   std::string text = bytes;
   try {
@@ -151,10 +170,10 @@ constexpr auto kTargets = std::to_array<Target>({
     {"distance", read_stream<read_vdb_distance_field>},
     {"vdb_behind_seal", read_vdb},
     {"distance_behind_seal", read_distance},
-    {"exr", read_stream<read_exr>},
+    {"exr", read_picture},
     {"png", read_stream<read_png>},
     {"head", read_head},
-    {"geometry", read_stream<read_geometry_image>},
+    {"geometry", read_geometry},
     {"template_json", read_template_json},
     {"template_obj", read_template_obj},
     {"motion", read_stream<read_motion>},

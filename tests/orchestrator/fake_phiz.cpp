@@ -123,7 +123,7 @@ int FakePhiz::run_on(FileSystem& files, std::vector<std::string> arguments) {
     return found == variables.end() ? std::nullopt : std::optional(found->second);
   };
   const Environment environment{out_stream,  err_stream,    files, processes, pipeline, commands,
-                                stages.stop, find_variable, {},    false,     is_front};
+                                stages.stop, find_variable, {},    false,     is_front, run_child};
   const int code = run_phiz(arguments, environment);
   out = out_stream.str();
   err = err_stream.str();

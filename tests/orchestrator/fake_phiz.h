@@ -31,8 +31,8 @@ struct FakeStages {
 };
 
 /// Three small stages that work on text: `read` splits the scan into words, `join` puts them together step by
-/// step with checkpoints, `finish` makes "head.glb" and a summary; `look` runs only with --look. A scan that holds "bad" is refused by
-/// `read`, one that holds "blob" is rejected by `finish`.
+/// step with checkpoints, `finish` makes "head.glb" and a summary; `look` runs only with --look. A scan that
+/// holds "bad" is refused by `read`, one that holds "blob" is rejected by `finish`.
 std::vector<Task> make_fake_tasks(FakeStages& stages);
 
 /// Each run is a process of its own, and the only one alive.
@@ -65,6 +65,11 @@ class FakePhiz {
   FakeStages stages;
   FakeProcesses processes;
   bool is_front = false;
+  /// Other programs: there are none.
+  std::function<ChildAnswer(const std::vector<std::string>&)> run_child =
+      [](const std::vector<std::string>&) {
+        return ChildAnswer{127, {}, "no such program"};
+      };
   std::map<std::string, std::string> variables;
   std::string out, err;  ///< of the last run
 };

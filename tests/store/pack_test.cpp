@@ -48,6 +48,43 @@ TEST_F(Pack, TakesOverWholeSubjectsAndOnlyThem) {
   EXPECT_NO_THROW(unpack_subjects(other, archive)) << "again: everything is there";
 }
 
+/// The bytes come in blocks of any length; what is in memory is one object.
+TEST_F(Pack, IsReadInAnyBlocksAndWrittenInOrder) {
+  std::string archive;
+  std::size_t largest = 0;
+  add_subject(store, "large", std::string(50'000, 'x'));
+  add_subject(store, "larger", std::string(60'000, 'y'));
+  pack_subjects(store, {"a", "large", "larger"}, [&](std::string_view part) {
+    archive += part;
+    largest = std::max(largest, part.size());
+  });
+  EXPECT_EQ(archive, pack_subjects(store, {"a", "large", "larger"}));
+  EXPECT_LT(largest, archive.size() / 3);
+  for (const std::size_t block : {1, 7, 512, 513, 100'000}) {
+    MemoryFileSystem third_disk;
+    const Store third = Store::open_or_create(third_disk, "/third");
+    const ReadPack read = [&](const auto& take) {
+      for (std::size_t at = 0; at < archive.size(); at += block)
+        take(std::string_view(archive).substr(at, block));
+    };
+    EXPECT_EQ(unpack_subjects(third, read).subjects.size(), 3u);
+    EXPECT_EQ(pack_subjects(third, {"a", "large", "larger"}), archive);
+  }
+}
+
+TEST_F(Pack, AFileIsThereWholeOrNotAtAll) {
+  disk.make_folders("/out");
+  const std::uint64_t size = pack_to_file(store, {"a"}, "/out/a.tar");
+  EXPECT_EQ(size, disk.read_file("/out/a.tar").size());
+  EXPECT_EQ(unpack_file(store, "/out/a.tar").subjects, std::vector<std::string>{"a"});
+  int calls = 0;
+  const auto stop = [&] {
+    if (++calls == 5) throw std::runtime_error("stopped");
+  };
+  EXPECT_THROW(pack_to_file(store, {"a", "b"}, "/out/b.tar", stop), std::runtime_error);
+  EXPECT_EQ(disk.list_folder("/out"), std::vector<std::string>{"a.tar"});
+}
+
 TEST_F(Pack, AnotherSubjectOfTheNameIsKeptUnlessToldOtherwise) {
   add_subject(other, "a", "quite another");
   const std::string archive = pack_subjects(store, {"a"});

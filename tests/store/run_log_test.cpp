@@ -57,5 +57,28 @@ TEST(ResultNotes, ARecordKeepsThemAndALaterResultDropsThem) {
   EXPECT_EQ(record.find_note("fit"), nullptr);
 }
 
+TEST(RunLog, AnyFlippedBitOfAWholeLineIsFoundAndACutTailIsNone) {
+  test::MemoryFileSystem disk;
+  const Store store = Store::open_or_create(disk, "/store");
+  RunLog log(store, {"place", 7, 1});
+  for (const std::string line : {"1 begins", "2 goes on", "3 ends"}) log.append(line);
+  const auto file = store.layout().logs() / disk.list_folder("/store/logs").at(0);
+  const std::string text = disk.read_file(file);
+  for (std::size_t size = 0; size <= text.size(); ++size)
+    EXPECT_EQ(find_damaged_line(std::string_view(text).substr(0, size)), 0u) << size;
+  for (std::size_t bit = 0; bit < 8 * text.size(); ++bit) {
+    std::string spoilt = text;
+    spoilt[bit / 8] = static_cast<char>(spoilt[bit / 8] ^ (1 << (bit % 8)));
+    EXPECT_NE(find_damaged_line(spoilt), 0u) << bit;
+  }
+}
+
+TEST(RunLog, AFileNamedAfterItsBytesIsToldFromAnother) {
+  const std::string name = make_checked_name("slurm-1", "a list", ".csv");
+  EXPECT_TRUE(is_as_its_name_says(name, "a list"));
+  EXPECT_FALSE(is_as_its_name_says(name, "a lisu"));
+  EXPECT_TRUE(is_as_its_name_says("slurm-1-fit1-12_3.txt", "whatever a task has printed"));
+}
+
 }  // namespace
 }  // namespace phiz
