@@ -1,0 +1,3 @@
+#pragma once
+
+#include "stages/animate/living_surface.h"
