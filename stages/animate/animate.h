@@ -1,3 +1,5 @@
 #pragma once
 
+#include "stages/animate/face_layout.h"
 #include "stages/animate/living_surface.h"
+#include "stages/animate/skin.h"
