@@ -208,6 +208,7 @@ FaceAnatomy read_face_anatomy(std::istream& in) {
   }
   parse_list(members, "jaw", anatomy.jaw, parse_jaw);
   parse_list(members, "ties", anatomy.ties, parse_tie);
+  members.take("loose", anatomy.loose);
   parse_list(members, "rims", anatomy.rims, parse_rim);
   parse_list(members, "volumes", anatomy.volumes, parse_volume);
   parse_list(members, "muscles", anatomy.muscles, parse_muscle);

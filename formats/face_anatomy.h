@@ -84,7 +84,8 @@ using Activations = std::map<std::string, double>;
 struct FaceAnatomy {
   LandmarkPoint condyle_right, condyle_left;
   std::vector<JawMotion> jaw;
-  std::vector<SkinTie> ties;
+  std::vector<SkinTie> ties;         ///< each works on what the ones before it left
+  std::vector<std::string> loose;    ///< regions whose skin hardly resists: the pocket of the mouth, the eyes
   std::vector<SkinRim> rims;
   std::vector<SkinVolume> volumes;
   std::vector<FaceMuscle> muscles;

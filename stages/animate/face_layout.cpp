@@ -38,9 +38,12 @@ class FaceLayout::Builder {
       : head_(head), anatomy_(anatomy), layout_(layout), paths_(head.positions, head.triangles) {}
 
   void build() {
-    part_ = "condyles";
+    part_ = "condyles and loose regions";
     layout_.place(anatomy_.condyle_left, false, head_.positions);
     layout_.place(anatomy_.condyle_right, false, head_.positions);
+    layout_.loose_.assign(head_.positions.size(), false);
+    for (const std::string& name : anatomy_.loose)
+      for (const int v : region(name)) layout_.loose_[v] = true;
     add_ties();
     for (const JawMotion& motion : anatomy_.jaw)
       layout_.maxima_.push_back(1.2f), layout_.jaw_.push_back(motion);
@@ -97,7 +100,7 @@ class FaceLayout::Builder {
         for (std::size_t v = 0; v < count; ++v) {
           const double w = weights[v];
           if (tie.kind == SkinTie::Kind::kSlack) skull[v] *= 1 - tie.amount * w, jaw[v] *= 1 - tie.amount * w;
-          if (tie.kind == SkinTie::Kind::kSkull) skull[v] += (tie.amount - 1) * w;
+          if (tie.kind == SkinTie::Kind::kSkull) skull[v] += (tie.amount - skull[v]) * w;
           if (tie.kind == SkinTie::Kind::kJaw) skull[v] *= 1 - w, jaw[v] = std::max(jaw[v], tie.amount * w);
         }
       });

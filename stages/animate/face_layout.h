@@ -50,6 +50,8 @@ class FaceLayout {
   /// How firmly each vertex is tied to skull and jaw: 1 is usual.
   const std::vector<float>& skull_ties() const { return skull_ties_; }
   const std::vector<float>& jaw_ties() const { return jaw_ties_; }
+  /// In a loose region: edges within it hardly pull.
+  const std::vector<bool>& loose() const { return loose_; }
   const std::vector<Eigen::Vector3i>& triangles() const { return triangles_; }
   int vertex_count() const { return static_cast<int>(skull_ties_.size()); }
   float maximum(std::size_t activation_idx) const { return maxima_[activation_idx]; }
@@ -74,6 +76,7 @@ class FaceLayout {
   std::vector<Rim> rims_;
   std::vector<Volume> volumes_;
   std::vector<float> skull_ties_, jaw_ties_;
+  std::vector<bool> loose_;
   std::vector<Eigen::Vector3i> triangles_;
   std::map<std::string, SurfacePoint> landmarks_;
   std::vector<int> mirror_;

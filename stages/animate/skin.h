@@ -15,8 +15,8 @@ namespace phiz {
 struct SkinOptions {
   double phase_strain = 0.25;  ///< beyond this change of length a spring is stiffer
   double stiff_ratio = 3;      ///< by so much, >= 1
-  double bend_mm2 = 4;         ///< resistance of the displacement against bending, springs' times mm^2
-  double tie_mm = 6;           ///< skin over bone follows the bone within about so many mm
+  double bend_mm2 = 15;        ///< resistance of the displacement against bending, springs' times mm^2
+  double tie_mm = 8;           ///< skin over bone follows the bone within about so many mm
   double least_tie = 0.02;     ///< of the tie, where the anatomy leaves none
   double flesh_mm = 3;         ///< how far firm skin may be pressed towards the bone
   double volume_mm2 = 0.02;    ///< stiffness of volumes, a mm^2 of their skin
@@ -63,7 +63,7 @@ class Skin {
     double farthest_mm = 0;  ///< any vertex from rest
   };
   Figures measure() const;
-  /// Triangles outside of pockets whose normal is turned by more than 90 degrees against rest.
+  /// Triangles outside of loose regions whose normal is turned by more than 90 degrees against rest.
   int count_turned() const;
 
  private:

@@ -12,7 +12,8 @@ namespace {
 using Triplets = std::vector<Eigen::Triplet<double>>;
 using Sparse = Eigen::SparseMatrix<double>;
 
-constexpr double kMostBending = 8;  ///< of a vertex, in springs: fine places would become stiff
+constexpr double kMostBending = 30;  ///< of a vertex, in springs: fine places would become stiff
+constexpr double kLoose = 0.03;      ///< of a spring's stiffness and of bending in loose regions
 
 Sparse assemble(const Triplets& triplets, int size) {
   Sparse matrix(size, size);
@@ -83,8 +84,10 @@ SkinMatrices make_skin_matrices(const FaceLayout& layout, std::span<const Eigen:
   result.edges.erase(std::unique(result.edges.begin(), result.edges.end()), result.edges.end());
   Triplets springs, ties;
   for (const auto& [a, b] : result.edges) {
-    springs.emplace_back(a, a, 1), springs.emplace_back(b, b, 1);
-    springs.emplace_back(a, b, -1), springs.emplace_back(b, a, -1);
+    const double k = layout.loose()[a] && layout.loose()[b] ? kLoose : 1;
+    result.stiffnesses.push_back(k);
+    springs.emplace_back(a, a, k), springs.emplace_back(b, b, k);
+    springs.emplace_back(a, b, -k), springs.emplace_back(b, a, -k);
   }
   for (int v = 0; v < size; ++v) {
     const double firm = options.is_tied ? result.areas[v] / (options.tie_mm * options.tie_mm) : 0;
@@ -94,7 +97,7 @@ SkinMatrices make_skin_matrices(const FaceLayout& layout, std::span<const Eigen:
   }
   result.springs = assemble(springs, size);
   const Sparse laplacian = make_laplacian(layout.triangles(), rest);
-  const Eigen::VectorXd weights = bending_weights(result, rest, options.bend_mm2);
+  Eigen::VectorXd weights = bending_weights(result, rest, options.bend_mm2);
   result.bending_ties =
       Sparse(laplacian.transpose() * weights.asDiagonal() * laplacian) + assemble(ties, size);
   return result;

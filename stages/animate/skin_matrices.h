@@ -18,6 +18,7 @@ struct SkinMatrices {
   Eigen::SparseMatrix<double> bending_ties;  ///< bending and ties
   Eigen::SparseMatrix<double> springs;       ///< Laplacian of the edges' springs, soft phase
   std::vector<std::pair<int, int>> edges;    ///< ascending
+  std::vector<double> stiffnesses;           ///< of the edges' springs
 };
 
 SkinMatrices make_skin_matrices(const FaceLayout& layout, std::span<const Eigen::Vector3d> rest,

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kShortestStep = 1.0 / 480, kLongestStep = 1.0 / 12;
 constexpr double kFirmTie = 0.5;     ///< from there on bone stops skin
-constexpr double kRimBound = 8;      ///< curvature of a contact at a rim's vertex, in springs
+constexpr double kRimBound = 12;     ///< curvature of a contact at a rim's vertex, in springs
 constexpr double kFirstGain = 0.02;  ///< force a mm of way and mm^2, before it is known better
 constexpr int kCalibrationRounds = 30, kCalibrations = 2;
 
@@ -117,10 +117,11 @@ void Skin::State::make_geometry(const SkinMatrices& matrices) {
       jaw_ties.push_back({static_cast<int>(v), static_cast<float>(matrices.jaw[v]),
                           static_cast<float>(matrices.jaw[v] / (matrices.jaw[v] + matrices.skull[v]))});
   }
-  for (const auto& [a, b] : matrices.edges) {
+  for (std::size_t e = 0; e < matrices.edges.size(); ++e) {
+    const auto& [a, b] = matrices.edges[e];
     // As add_springs computes it, so that a spring at rest pulls exactly nothing.
     const float x = rest[a].x - rest[b].x, y = rest[a].y - rest[b].y, z = rest[a].z - rest[b].z;
-    springs.push_back({a, b, std::sqrt(x * x + y * y + z * z)});
+    springs.push_back({a, b, std::sqrt(x * x + y * y + z * z), static_cast<float>(matrices.stiffnesses[e])});
   }
   const Eigen::SparseMatrix<double, Eigen::RowMajor> rows = matrices.bending_ties;
   linear_offsets.push_back(0);
@@ -132,8 +133,7 @@ void Skin::State::make_geometry(const SkinMatrices& matrices) {
     linear_offsets.push_back(static_cast<int>(linear_columns.size()));
   }
   for (const Eigen::Vector3i& t : layout->triangles()) {
-    const auto tie = [&](int v) { return layout->skull_ties()[v] + layout->jaw_ties()[v]; };
-    if (tie(t[0]) + tie(t[1]) + tie(t[2]) > 0) visible_triangles.push_back(t);
+    if (!(layout->loose()[t[0]] && layout->loose()[t[1]] && layout->loose()[t[2]])) visible_triangles.push_back(t);
   }
 }
 
@@ -228,8 +228,8 @@ void Skin::State::make_muscles(const SkinMatrices& matrices, std::span<const Eig
   reset();
 }
 
-/// Scales the forces until the skin goes the wanted way (the projection of its displacement onto it is 1);
-/// returns the factor.
+/// Scales the forces until the skin goes the wanted way: as far on average, or its farthest vertex as far as
+/// the farthest wanted, whichever comes first. Returns the factor.
 double Skin::State::calibrate(const FaceLayout::Muscle& shape, const std::vector<Eigen::Vector3d>& wanted,
                               Muscle& muscle) {
   double factor = 1;
@@ -237,14 +237,17 @@ double Skin::State::calibrate(const FaceLayout::Muscle& shape, const std::vector
     reset();
     for (const Pull& pull : muscle.pulls) force_[pull.vertex] = pull.force;
     relax(kCalibrationRounds);
-    double reached = 0, whole = 0;
+    double reached = 0, whole = 0, farthest = 0, wanted_farthest = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i) {
       const FaceLayout::Share& share = shape.shares[i];
       const double weight = std::pow(double{share.influence}, 3);
       const Point4& u = moved[share.vertex_idx];
       reached += weight * wanted[i].dot(Eigen::Vector3d(u.x, u.y, u.z));
       whole += weight * wanted[i].squaredNorm();
+      farthest = std::max(farthest, Eigen::Vector3d(u.x, u.y, u.z).norm());
+      wanted_farthest = std::max(wanted_farthest, wanted[i].norm());
     }
+    reached = std::max(reached, whole * farthest / std::max(wanted_farthest, 1e-9));
     const auto scale = static_cast<float>(std::clamp(whole / std::max(reached, 0.02 * whole), 0.1, 10.0));
     for (Pull& pull : muscle.pulls)
       pull.force = {pull.force.x * scale, pull.force.y * scale, pull.force.z * scale, 0};

@@ -10,7 +10,7 @@
 namespace phiz {
 namespace {
 
-constexpr float kRimStiffness = 4;  ///< where lips or lids are through each other, in springs
+constexpr float kRimStiffness = 1.5f;  ///< where lips or lids are through each other, in springs
 
 PHIZ_LANES_INLINE Float4 load(const Point4& p) {
   return load_at(&p, 0);
@@ -113,11 +113,11 @@ void Skin::State::add_springs(float damping_scale) {
     float tension = change;
     if (change > soft) tension = soft + ratio * (change - soft);
     if (change < -soft) tension = -soft + ratio * (change + soft);
-    Float4 pull = way * (tension / std::max(length, 1e-6f));
+    Float4 pull = way * (spring.stiffness * tension / std::max(length, 1e-6f));
     if (damping_scale > 0)
       pull += ((load(moved[spring.a]) - load(moved[spring.b])) -
                (load(start_[spring.a]) - load(start_[spring.b]))) *
-              damping_scale;
+              (damping_scale * spring.stiffness);
     add(pull, gradient_[spring.a]);
     add(-pull, gradient_[spring.b]);
   }
@@ -199,7 +199,6 @@ void Skin::State::step(double seconds) {
     const Float4 way = load(shape_[v]) - load(rest[v]), parted = way - load(moved[v]);
     // Where nothing was crossed only rounding is left, which must not wake what rests.
     if (std::abs(parted[0]) + std::abs(parted[1]) + std::abs(parted[2]) < 1e-3f) continue;
-    add(parted / static_cast<float>(seconds), velocity[v]);
     store4(way, moved[v]);
   }
   publish();
@@ -242,7 +241,8 @@ Skin::Figures Skin::State::measure() const {
     const double length = (wide(shape_[spring.a]) - wide(shape_[spring.b])).norm();
     const double change = std::abs(length - spring.length), soft = options.phase_strain * spring.length;
     const double beyond = std::max(change - soft, 0.0);
-    figures.elastic += 0.5 * (change * change + (options.stiff_ratio - 1) * beyond * beyond);
+    figures.elastic +=
+        0.5 * spring.stiffness * (change * change + (options.stiff_ratio - 1) * beyond * beyond);
   }
   if (rims) figures.crossing_mm = rims->deepest(shape_);
   return figures;

@@ -24,7 +24,7 @@ struct Skin::State {
 
   struct Spring {
     int a = 0, b = 0;
-    float length = 0;
+    float length = 0, stiffness = 1;
   };
   struct Pull {
     int vertex = 0;

@@ -36,5 +36,6 @@ RunTimes measure_times(int runs, const std::function<void()>& work);
 double measure_bandwidth();
 
 void measure_living_surface(const AnimateWorld& world);  ///< animate_surface.cpp
+void measure_skin(const AnimateWorld& world);            ///< animate_skin.cpp
 
 }  // namespace phiz::bench

@@ -37,6 +37,7 @@ void measure_animate(const BenchWorld& bench) {
   const AnimateWorld world{bench, store, fit_subjects(bench, store),
                            std::make_shared<SurfacePlan>(bench.head.hierarchy)};
   measure_living_surface(world);
+  measure_skin(world);
 }
 
 }  // namespace
