@@ -10,7 +10,8 @@
 namespace phiz {
 namespace {
 
-constexpr float kRimStiffness = 1.5f;  ///< where lips or lids are through each other, in springs
+constexpr float kLongestGuess = 1.0f / 60;  ///< s
+constexpr float kRimStiffness = 1.5f;       ///< where lips or lids are through each other, in springs
 
 PHIZ_LANES_INLINE Float4 load(const Point4& p) {
   return load_at(&p, 0);
@@ -175,9 +176,12 @@ void Skin::State::step(double seconds) {
   float scale = 1;
   const Factor& factor = find_factor(part, scale);
   start_ = moved;
+  // A long step's velocity is spent long before its end: no good place to begin from.
+  const float begin = std::min(h, kLongestGuess);
   for (std::size_t v = 0; v < moved.size(); ++v) {
-    store4(load(moved[v]) + load(velocity[v]) * h, goal_[v]);
-    moved[v] = goal_[v];
+    const Point4 before = moved[v];
+    store4(load(before) + load(velocity[v]) * h, goal_[v]);
+    store4(load(before) + load(velocity[v]) * begin, moved[v]);
   }
   for (int round = 0; round < options.rounds; ++round) {
     add_linear(inertia, damping);

@@ -1,14 +1,17 @@
 #include "stages/animate/surface_kernels.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "stages/animate/lanes.h"
+#include "stages/geometry/angle.h"
 #include "stages/geometry/vector_clones.h"
 
 namespace phiz {
 namespace {
 
 constexpr int kLanes = 8;
+constexpr float kBlunt = -0.965f;  ///< cosine of 165 degrees: beyond it weigh_angle is no good
 
 PHIZ_LANES_INLINE Float4 refine_regular(const Point4* points, const int* row) {
   const Float4 halves = load_at(points, row[0]) + load_at(points, row[1]);
@@ -33,7 +36,7 @@ PHIZ_LANES_INLINE void refine_one(const SurfaceLevel& level, int row_idx) {
 }
 
 /// theta / sin(theta) from cos(theta), in place: a quotient of polynomials, equal ripples of 1e-4 for angles
-/// up to 166 degrees; finite beyond, where the triangle's area goes to 0.
+/// up to 166 degrees; finite beyond (displace_blunt).
 PHIZ_LANES_INLINE void weigh_angle(Float8& cosine) {
   const Float8 c = cosine, cc = c * c;
   const Float8 above =
@@ -72,12 +75,50 @@ PHIZ_LANES_INLINE void load_spokes(const Point4* points, const Vectors8& centres
   v.z *= scale;
 }
 
-PHIZ_LANES_INLINE void add_triangles(const Vectors8& from, const Vectors8& to, Vectors8& sum) {
+/// What is summed over a fan: area normals by angle, and the lowest cosine seen.
+struct FanSum {
+  Vectors8 normal;
+  Float8 lowest;
+};
+
+PHIZ_LANES_INLINE void add_triangles(const Vectors8& from, const Vectors8& to, FanSum& sum) {
   Float8 weight = from.x * to.x + from.y * to.y + from.z * to.z;
+  sum.lowest = weight < sum.lowest ? weight : sum.lowest;
   weigh_angle(weight);
-  sum.x += weight * (from.y * to.z - from.z * to.y);
-  sum.y += weight * (from.z * to.x - from.x * to.z);
-  sum.z += weight * (from.x * to.y - from.y * to.x);
+  sum.normal.x += weight * (from.y * to.z - from.z * to.y);
+  sum.normal.y += weight * (from.z * to.x - from.x * to.z);
+  sum.normal.z += weight * (from.x * to.y - from.y * to.x);
+}
+
+/// A vertex with a triangle too blunt for weigh_angle, in double and with every angle exact. Compiled once,
+/// so that it is the same whoever calls.
+__attribute__((noinline)) void displace_blunt(const SurfaceLevel& level, int vertex) {
+  const SurfacePlan::Level& plan = *level.plan;
+  const int row = vertex - plan.first, width = plan.spokes_per_vertex;
+  const int* spokes = plan.spokes.data() + static_cast<std::ptrdiff_t>(row) * width;
+  const Point4& own = level.raw[vertex];
+  const Eigen::Vector3d centre(own.x, own.y, own.z);
+  const auto spoke = [&](int i) {
+    const Float4 p = load_at(level.points, spokes[i % width]);
+    return Eigen::Vector3d(Eigen::Vector3d(p[0], p[1], p[2]) - centre);
+  };
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int i = 0; i < width; ++i) {
+    const Eigen::Vector3d from = spoke(i), to = spoke(i + 1), area = from.cross(to);
+    const double length = area.norm();
+    if (length > 0) sum += angle_of(length, from.dot(to)) / length * area;
+  }
+  const double length = sum.norm();
+  const Eigen::Vector3d place =
+      centre + double{level.displacements_mm[row]} / (length > 0 ? length : 1.0) * sum;
+  level.points[vertex] = {static_cast<float>(place.x()), static_cast<float>(place.y()),
+                          static_cast<float>(place.z()), 0};
+}
+
+PHIZ_LANES_INLINE bool is_any_below(const Float8& lanes, float limit) {
+  bool is_below = false;
+  for (int k = 0; k < kLanes; ++k) is_below |= lanes[k] < limit;
+  return is_below;
 }
 
 /// Displaces the eight vertices `targets` (one may be named more than once); their fans are `rows`.
@@ -87,22 +128,27 @@ PHIZ_LANES_INLINE void displace_eight(const SurfaceLevel& level, const int* targ
   const int width = kWidth > 0 ? kWidth : level.plan->spokes_per_vertex;
   int offsets[kLanes];
   for (int k = 0; k < kLanes; ++k) offsets[k] = targets[k] * SurfacePlan::kPointBytes;
-  Vectors8 centres, first, from, to, sum;
+  Vectors8 centres, first, from, to;
+  FanSum fan;
   gather8(level.raw, offsets, centres);
   load_spokes(level.points, centres, rows, 0, first);
   from = first;
-  sum.x = sum.y = sum.z = Float8{0, 0, 0, 0, 0, 0, 0, 0};
+  fan.normal.x = fan.normal.y = fan.normal.z = fan.lowest = Float8{0, 0, 0, 0, 0, 0, 0, 0};
   for (int i = 1; i < width; ++i) {
     load_spokes(level.points, centres, rows, i, to);
-    add_triangles(from, to, sum);
+    add_triangles(from, to, fan);
     from = to;
   }
-  add_triangles(from, first, sum);
+  add_triangles(from, first, fan);
+  const Vectors8& sum = fan.normal;
   Float8 length = sum.x * sum.x + sum.y * sum.y + sum.z * sum.z + 1e-30f;
   sqrt8(length);
   const Float8 scale = amounts / length;
   const Vectors8 result = {centres.x + scale * sum.x, centres.y + scale * sum.y, centres.z + scale * sum.z};
   scatter8(result, level.points, targets);
+  if (!is_any_below(fan.lowest, kBlunt)) return;
+  for (int k = 0; k < kLanes; ++k)
+    if (fan.lowest[k] < kBlunt) displace_blunt(level, targets[k]);
 }
 
 /// vertex_of(i) names the i-th vertex. The last eight repeat the last one.
