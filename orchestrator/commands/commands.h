@@ -19,6 +19,7 @@ Command make_evaluate_command();
 Command make_fields_command();
 Command make_retarget_command();
 Command make_track_command();
+Command make_animate_command();
 Command make_synth_command();
 Command make_template_command();
 

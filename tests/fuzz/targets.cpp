@@ -8,6 +8,7 @@
 #include "formats/deformation_parts.h"
 #include "formats/distance_field.h"
 #include "formats/error.h"
+#include "formats/face_anatomy.h"
 #include "formats/geometry_image.h"
 #include "formats/head_asset.h"
 #include "formats/head_asset_document.h"
@@ -179,6 +180,7 @@ constexpr auto kTargets = std::to_array<Target>({
     {"motion", read_stream<read_motion>},
     {"deformation", read_deformation_text},
     {"muscle", read_stream<read_muscle_file>},
+    {"anatomy", read_stream<read_face_anatomy>},
     {"rig", read_stream<read_rig_file>},
     {"result", read_result},
     {"subject", read_subject},
