@@ -28,7 +28,7 @@ AdaptiveMesh::AdaptiveMesh(AdaptiveSurface& surface)
 
 void AdaptiveMesh::resample() {
   for (int v = 0; v < mesh().vertex_slots(); ++v) {
-    if (mesh().is_vertex(v)) samples_[v] = surface_.sample(*this, {v, -1, -1, uv_[v]});
+    if (mesh().is_vertex(v)) samples_[v] = surface_.sample(*this, {v, -1, -1, -1, uv_[v]});
   }
   surface_.on_resample(*this);
 }
@@ -41,7 +41,7 @@ void AdaptiveMesh::take_sample(const StellarChange& change) {
     attributes_.resize((v + 1) * width_);
   }
   uv_[v] = 0.5 * (uv_[change.a] + uv_[change.b]);
-  samples_[v] = surface_.sample(*this, {change.vertex, change.a, change.b, uv_[v]});
+  samples_[v] = surface_.sample(*this, {change.vertex, change.a, change.b, change.f, uv_[v]});
   for (int k = 0; k < width_; ++k)
     attributes_[v * width_ + k] = 0.5f * (attribute(change.a, k) + attribute(change.b, k));
 }

@@ -26,6 +26,7 @@ struct VertexSample {
 /// A vertex that wants a sample: in the middle of a and b, or -1, -1 (base, or the surface has changed).
 struct NewVertex {
   int vertex = -1, a = -1, b = -1;
+  int face = -1;  ///< the slot whose edge was split
   Eigen::Vector2d uv = Eigen::Vector2d::Zero();
 };
 

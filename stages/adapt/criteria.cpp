@@ -11,16 +11,15 @@ namespace phiz {
 namespace {
 
 constexpr float kEndless = std::numeric_limits<float>::infinity();
-constexpr float kEdgeOn = 0.25f;  ///< cosine to the line of sight below which a face may be an outline
+constexpr int kEnoughPoints = 12;  ///< in a face, to tell how far its inside is from the surface
+constexpr float kEdgeOn = 0.25f;   ///< cosine to the line of sight below which a face may be an outline
 
 Eigen::Vector3f normal_of(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c) {
   return (b - a).cross(c - a).stableNormalized();
 }
 
-/// Angle of two unit vectors from the chord between them; exact at 0, 180 degrees and within 5 % up to 60.
-float angle_between(const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
-  const float half = std::min(1.0f, 0.5f * (a - b).norm());
-  return 2 * half * (1 + half * half * (0.1667f + 0.4041f * half * half));
+float angle_of_chord(float chord) {
+  return 2 * std::asin(std::min(1.0f, 0.5f * chord));
 }
 
 }  // namespace
@@ -37,10 +36,9 @@ VertexSample LevelSampler::sample(int, const Eigen::Vector2d& uv) {
   const Eigen::Vector3f w = place.weights.cast<float>();
   VertexSample sample;
   sample.position = w[0] * positions_[t[0]] + w[1] * positions_[t[1]] + w[2] * positions_[t[2]];
-  sample.normal =
-      normals_.empty()
-          ? normal_of(positions_[t[0]], positions_[t[1]], positions_[t[2]])
-          : (w[0] * normals_[t[0]] + w[1] * normals_[t[1]] + w[2] * normals_[t[2]]).stableNormalized();
+  sample.normal = normals_.empty()
+                      ? normal_of(positions_[t[0]], positions_[t[1]], positions_[t[2]])
+                      : (w[0] * normals_[t[0]] + w[1] * normals_[t[1]] + w[2] * normals_[t[2]]).normalized();
   return sample;
 }
 
@@ -58,7 +56,8 @@ CriterionSurface::CriterionSurface(const BasePolyhedron& base, VertexSampler& sa
 }
 
 VertexSample CriterionSurface::sample(const AdaptiveMesh&, const NewVertex& place) {
-  return sampler_.sample(place.vertex, place.uv);
+  if (has_points() && place.face >= 0) return states_[place.face].middle;  // of the edge that was split
+  return sampler_.sample(2 * place.vertex, place.uv);
 }
 
 float CriterionSurface::view_factor(const Facet& facet) const {
@@ -81,12 +80,21 @@ float CriterionSurface::importance_of(const FacePoints::Run& run) const {
   return most;
 }
 
-float CriterionSurface::measure(const Facet& facet, const FacePoints::Run& run) const {
+float CriterionSurface::measure(const Facet& facet, const FacePoints::Run& run,
+                                const Eigen::Vector3f& middle) const {
   float error = 0;
   if (options_.criterion == Criterion::kDistance) {
+    const auto& [a, b, c] = facet.corners;
     error = faces_->measure_distance(facet, run);
+    error = std::max(error,
+                     std::min((middle - 0.5f * (a + b)).norm(), faces_->measure_back(0.5f * (a + b), run)));
+    if (run.end - run.begin >= kEnoughPoints) {
+      const std::array<Eigen::Vector3f, 3> places = {0.5f * (b + c), 0.5f * (c + a), (a + b + c) / 3};
+      for (const Eigen::Vector3f& place : places) error = std::max(error, faces_->measure_back(place, run));
+    }
   } else if (options_.norm == ContourNorm::kMaximum) {
-    error = faces_->measure_maximum(facet, run);
+    error = std::max(faces_->measure_maximum(facet, run),
+                     (middle - 0.5f * (facet.corners[0] + facet.corners[1])).norm());
   } else {
     const ContourError all = faces_->measure_contour(facet, run);
     error = static_cast<float>(options_.norm == ContourNorm::kAverage ? all.average_mm() : all.integral_mm3);
@@ -95,38 +103,61 @@ float CriterionSurface::measure(const Facet& facet, const FacePoints::Run& run) 
   return error * importance_of(run);
 }
 
-/// The three edges by the surface's normals at their ends, averaged over both faces of the block where the
-/// edge is the block's: the angle of the faces' normals there.
+/// The three edges by the surface's normals at their ends; the block's edge by the normals of its two faces
+/// as well. All in squares of chords, which is what angles are nearly: most calls end without a root.
 float CriterionSurface::measure_normals(const AdaptiveMesh& mesh, const std::array<int, 3>& corners,
                                         int beyond) const {
   const auto& [a, b, c] = corners;
   const Eigen::Vector3f &pa = mesh.position(a), &pb = mesh.position(b), &pc = mesh.position(c);
-  const float block_length = (pb - pa).norm();
-  if (block_length < options_.shortest_mm) return 0;
+  const Eigen::Vector3f ab = pb - pa, ac = pc - pa;
+  const float block = ab.squaredNorm();
+  if (block < options_.shortest_mm * options_.shortest_mm) return 0;
   float worst = 0;
-  const auto look_at = [&](float angle, float length) {
-    worst = std::max(worst, options_.is_pure_angle ? angle : angle * length / 8);
+  const auto look_at = [&](float chord, float length) {
+    worst = std::max(worst, options_.is_pure_angle ? chord : chord * length);
   };
-  look_at(angle_between(mesh.normal(a), mesh.normal(b)), block_length);
-  look_at(angle_between(mesh.normal(b), mesh.normal(c)), (pc - pb).norm());
-  look_at(angle_between(mesh.normal(c), mesh.normal(a)), (pa - pc).norm());
+  const Eigen::Vector3f &na = mesh.normal(a), &nb = mesh.normal(b), &nc = mesh.normal(c);
+  look_at((na - nb).squaredNorm(), block);
+  look_at((nb - nc).squaredNorm(), (pc - pb).squaredNorm());
+  look_at((nc - na).squaredNorm(), ac.squaredNorm());
   if (beyond >= 0) {
-    const Eigen::Vector3f& pd = mesh.position(beyond);
-    const float across = std::min((pc - 0.5f * (pa + pb)).norm(), (pd - 0.5f * (pa + pb)).norm());
-    look_at(angle_between(normal_of(pa, pb, pc), normal_of(pb, pa, pd)), std::min(block_length, 2 * across));
+    const Eigen::Vector3f ad = mesh.position(beyond) - pa, first = ab.cross(ac), second = ad.cross(ab);
+    const float sizes = first.squaredNorm() * second.squaredNorm();
+    const float cosine = sizes > 0 ? first.dot(second) / std::sqrt(sizes) : 1.0f;
+    const float across = std::min((ac - 0.5f * ab).squaredNorm(), (ad - 0.5f * ab).squaredNorm());
+    look_at(2 - 2 * cosine, std::min(block, 4 * across));
   }
-  return options_.view ? worst * view_factor({{pa, pb, pc}, {}}) : worst;
+  const float root = std::sqrt(worst);
+  const float error = options_.is_pure_angle ? angle_of_chord(root) : root / 8;
+  return options_.view ? error * view_factor({{pa, pb, pc}, {}}) : error;
+}
+
+/// Two faces of a block share it: it is asked for once.
+const VertexSample& CriterionSurface::find_middle(const AdaptiveMesh& mesh, int face) {
+  VertexSample& middle = states_[face].middle;
+  const int t = mesh.mesh().twin(StellarMesh::half_edge(face, 0));
+  const auto& corners = mesh.mesh().corners(face);
+  const int partner = t == StellarMesh::kNone || (t & 3) != 0 ? -1 : StellarMesh::face(t);
+  if (partner >= 0 && is_fresh(partner))
+    middle = states_[partner].middle;
+  else
+    middle = sampler_.sample(2 * face + 1, 0.5 * (mesh.uv(corners[0]) + mesh.uv(corners[1])));
+  return middle;
 }
 
 void CriterionSurface::update(const AdaptiveMesh& mesh, int face) {
-  if (face >= static_cast<int>(errors_.size())) errors_.resize(mesh.mesh().face_slots());
+  if (face >= static_cast<int>(states_.size())) states_.resize(mesh.mesh().face_slots());
   const auto& [a, b, c] = mesh.mesh().corners(face);
-  errors_[face] = measure(facet_of(mesh, a, b, c), faces_->run_of(face));
+  const VertexSample& middle = find_middle(mesh, face);
+  states_[face].round = round_;
+  states_[face].error = measure(facet_of(mesh, a, b, c), faces_->run_of(face), middle.position);
 }
 
 void CriterionSurface::on_change(const AdaptiveMesh& mesh, const StellarChange& change) {
   if (!has_points()) return;
   faces_->on_change(mesh, change);
+  for (const int f : {change.f, change.n, change.g, change.m})
+    if (f >= 0 && f < static_cast<int>(states_.size())) states_[f].round = 0;
   update(mesh, change.f);
   if (change.g >= 0) update(mesh, change.g);
   if (!change.is_split) return;
@@ -136,6 +167,7 @@ void CriterionSurface::on_change(const AdaptiveMesh& mesh, const StellarChange& 
 
 void CriterionSurface::on_resample(const AdaptiveMesh& mesh) {
   if (!has_points()) return;
+  ++round_;
   for (int f = 0; f < mesh.mesh().face_slots(); ++f)
     if (mesh.mesh().is_face(f)) update(mesh, f);
 }
@@ -143,7 +175,7 @@ void CriterionSurface::on_resample(const AdaptiveMesh& mesh) {
 double CriterionSurface::error(const AdaptiveMesh& mesh, int face) {
   if (options_.criterion == Criterion::kUniform)
     return std::max(0, options_.depth - mesh.triangulation().level(face));
-  if (has_points()) return errors_[face];
+  if (has_points()) return states_[face].error;
   const int t = mesh.mesh().twin(StellarMesh::half_edge(face, 0));
   const int beyond = t == StellarMesh::kNone ? -1 : mesh.mesh().from(StellarMesh::prev(t));
   return measure_normals(mesh, mesh.mesh().corners(face), beyond);
@@ -162,9 +194,11 @@ double CriterionSurface::weld_error(const AdaptiveMesh& mesh, const StellarChang
     const float first = measure_normals(mesh, {weld.a, weld.b, weld.c}, weld.d);
     return weld.d < 0 ? first : std::max(first, measure_normals(mesh, {weld.b, weld.a, weld.d}, weld.c));
   }
-  const float first = measure(facet_of(mesh, weld.a, weld.b, weld.c), faces_->joined(weld.f, weld.n));
+  const float first = measure(facet_of(mesh, weld.a, weld.b, weld.c), faces_->joined(weld.f, weld.n),
+                              mesh.position(weld.vertex));
   if (weld.d < 0) return first;
-  return std::max(first, measure(facet_of(mesh, weld.b, weld.a, weld.d), faces_->joined(weld.g, weld.m)));
+  return std::max(first, measure(facet_of(mesh, weld.b, weld.a, weld.d), faces_->joined(weld.g, weld.m),
+                                 mesh.position(weld.vertex)));
 }
 
 bool CriterionSurface::may_simplify(const AdaptiveMesh& mesh, const StellarChange& weld) {

@@ -12,10 +12,10 @@
 namespace phiz {
 
 enum class Criterion {
-  kUniform,   ///< every face down to `depth`
-  kNormals,   ///< angles between normals: of the two faces at the edge, and of the surface at the ends
-  kContour,   ///< distance of surface and polygon at the same (u,v), over the polygon
-  kDistance,  ///< distance of the surface's points to the polygon: for refinement in order
+  kUniform,  ///< every face down to `depth`
+  kNormals,  ///< angles between normals: of the two faces at the edge, and of the surface at the ends
+  kContour,  ///< distance of surface and polygon at the same (u,v), over the polygon and at its edge's middle
+  kDistance,  ///< distance of the surface's points to the polygon and back: for refinement in order
 };
 
 enum class ContourNorm { kMaximum, kAverage, kIntegral };
@@ -46,7 +46,8 @@ struct CriterionOptions {
 class VertexSampler {
  public:
   virtual ~VertexSampler() = default;
-  virtual VertexSample sample(int vertex, const Eigen::Vector2d& uv) = 0;
+  /// `key` is a small number that stays with a place of the mesh as long as it is there.
+  virtual VertexSample sample(int key, const Eigen::Vector2d& uv) = 0;
 };
 
 /// The surface of a level, linear in its triangles. `normals` (one a vertex of the level) may be empty: then
@@ -55,7 +56,7 @@ class LevelSampler final : public VertexSampler {
  public:
   LevelSampler(const UvChart& chart, std::span<const Eigen::Vector3f> positions,
                std::span<const Eigen::Vector3f> normals);
-  VertexSample sample(int vertex, const Eigen::Vector2d& uv) override;
+  VertexSample sample(int key, const Eigen::Vector2d& uv) override;
 
  private:
   const UvChart& chart_;
@@ -83,8 +84,12 @@ class CriterionSurface final : public AdaptiveSurface {
   void set_options(const CriterionOptions& options) { options_ = options; }  ///< then resample the mesh
 
  private:
+  bool is_fresh(int face) const {
+    return face < static_cast<int>(states_.size()) && states_[face].round == round_;
+  }
   bool has_points() const { return faces_ != nullptr; }
-  float measure(const Facet& facet, const FacePoints::Run& run) const;
+  float measure(const Facet& facet, const FacePoints::Run& run, const Eigen::Vector3f& middle) const;
+  const VertexSample& find_middle(const AdaptiveMesh& mesh, int face);
   float measure_normals(const AdaptiveMesh& mesh, const std::array<int, 3>& corners, int beyond) const;
   float view_factor(const Facet& facet) const;
   float importance_of(const FacePoints::Run& run) const;
@@ -95,7 +100,13 @@ class CriterionSurface final : public AdaptiveSurface {
   const SurfacePoints& points_;
   CriterionOptions options_;
   std::unique_ptr<FacePoints> faces_;
-  std::vector<float> errors_;  ///< by face slot, where they depend on the face alone
+  struct FaceState {
+    float error = 0;
+    unsigned round = 0;   ///< of resampling, in which it was found; 0: not yet
+    VertexSample middle;  ///< of the surface in the middle of the edge that a split would halve
+  };
+  unsigned round_ = 1;
+  std::vector<FaceState> states_;  ///< by face slot, for criteria with points
 };
 
 }  // namespace phiz

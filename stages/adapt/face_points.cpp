@@ -4,12 +4,17 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 
 #include "stages/geometry/error.h"
 #include "stages/geometry/morton.h"
 
 namespace phiz {
 namespace {
+
+constexpr int kWholeLevel = 2;
+constexpr float kSpacing = 0.6f;  ///< farthest place from the nearest point, over the root of a point's area
 
 /// The facet as a function of (u,v): linear, counted from corner 0.
 struct LinearMap {
@@ -54,21 +59,44 @@ float squared_distance(const std::array<Eigen::Vector3f, 3>& t, const Eigen::Vec
   return (ap - vb / sum * ab - vc / sum * ac).squaredNorm();
 }
 
+/// Each finest triangle's area goes to its corners, and what falls to a vertex that was not chosen to its
+/// parents.
+void share_areas(const UvChart& chart, std::span<const Eigen::Vector3f> positions,
+                 const std::vector<int>& index, SurfacePoints& points) {
+  const int level = chart.level;
+  std::vector<float> areas(positions.size(), 0.0f);
+  for (const Eigen::Vector3i& t : chart.hierarchy.triangles(level)) {
+    const float area =
+        (positions[t[1]] - positions[t[0]]).cross(positions[t[2]] - positions[t[0]]).norm() / 6;
+    for (const int corner : t) areas[corner] += area;
+  }
+  for (int k = level; k > kWholeLevel; --k) {
+    for (int v = chart.hierarchy.vertex_count(k - 1); v < chart.hierarchy.vertex_count(k); ++v) {
+      if (index[v] >= 0) continue;
+      const Eigen::Vector2i parents = chart.hierarchy.parents(k, v);
+      areas[parents[0]] += areas[v] / 2;
+      areas[parents[1]] += areas[v] / 2;
+    }
+  }
+  points.areas_mm2.resize(points.vertices.size());
+  for (std::size_t i = 0; i < points.vertices.size(); ++i) points.areas_mm2[i] = areas[points.vertices[i]];
+}
+
 }  // namespace
 
 SurfacePoints select_surface_points(const UvChart& chart, std::span<const Eigen::Vector3f> positions,
                                     double detail_mm) {
   CONTRACT(positions.size() == chart.uv.size());
-  const int level = chart.level, old = level == 0 ? 0 : chart.hierarchy.vertex_count(level - 1);
+  const int level = chart.level, whole_level = std::min(level, kWholeLevel);
   const int all = chart.hierarchy.vertex_count(level);
-  std::vector<int> chosen;
-  for (int v = 0; v < all; ++v) {
-    if (v >= old && level > 0) {
-      const Eigen::Vector2i parents = chart.hierarchy.parents(level, v);
+  std::vector<int> chosen(chart.hierarchy.vertex_count(whole_level));
+  std::iota(chosen.begin(), chosen.end(), 0);
+  for (int k = whole_level + 1; k <= level; ++k) {
+    for (int v = chart.hierarchy.vertex_count(k - 1); v < chart.hierarchy.vertex_count(k); ++v) {
+      const Eigen::Vector2i parents = chart.hierarchy.parents(k, v);
       const Eigen::Vector3f middle = 0.5f * (positions[parents[0]] + positions[parents[1]]);
-      if ((positions[v] - middle).norm() <= detail_mm) continue;
+      if ((positions[v] - middle).norm() > detail_mm) chosen.push_back(v);
     }
-    chosen.push_back(v);
   }
   std::vector<Eigen::Vector3f> places;
   for (const int v : chosen) places.push_back(positions[v]);
@@ -80,14 +108,7 @@ SurfacePoints select_surface_points(const UvChart& chart, std::span<const Eigen:
     points.uv.push_back(chart.uv[chosen[i]].cast<float>());
     points.positions.push_back(places[i]);
   }
-  points.areas_mm2.assign(points.vertices.size(), 0.0f);
-  for (const Eigen::Vector3i& t : chart.hierarchy.triangles(level)) {
-    const int there = (index[t[0]] >= 0) + (index[t[1]] >= 0) + (index[t[2]] >= 0);
-    const float area =
-        0.5f * (positions[t[1]] - positions[t[0]]).cross(positions[t[2]] - positions[t[0]]).norm();
-    for (const int corner : t)
-      if (index[corner] >= 0) points.areas_mm2[index[corner]] += area / static_cast<float>(there);
-  }
+  share_areas(chart, positions, index, points);
   return points;
 }
 
@@ -163,6 +184,19 @@ ContourError FacePoints::measure_contour(const Facet& facet, const Run& run) con
     error.area_mm2 += points_.areas_mm2[point];
   }
   return error;
+}
+
+float FacePoints::measure_back(const Eigen::Vector3f& place, const Run& run) const {
+  float nearest = std::numeric_limits<float>::infinity();
+  int which = -1;
+  for (int i = run.begin; i < run.end; ++i) {
+    const float squared = (points_.positions[order_[i]] - place).squaredNorm();
+    if (squared >= nearest) continue;
+    nearest = squared;
+    which = order_[i];
+  }
+  if (which < 0) return nearest;
+  return std::max(0.0f, std::sqrt(nearest) - kSpacing * std::sqrt(points_.areas_mm2[which]));
 }
 
 float FacePoints::measure_distance(const Facet& facet, const Run& run) const {

@@ -18,8 +18,9 @@ struct SurfacePoints {
   std::vector<float> importance;           ///< [0, 1] one each, or empty: all 1
 };
 
-/// All vertices of the level below the chart's, and those of its own level that lie more than detail_mm from
-/// the middle of their two parents. In the order of a curve through the surface.
+/// All vertices of level 2, and those of finer levels that lie more than detail_mm from the middle of their
+/// two parents: nothing left out is farther than (levels - 2) detail_mm from where its surroundings put it.
+/// In the order of a curve through the surface.
 SurfacePoints select_surface_points(const UvChart& chart, std::span<const Eigen::Vector3f> positions,
                                     double detail_mm);
 
@@ -64,6 +65,9 @@ class FacePoints {
   /// The largest distance of the points to the facet itself, wherever its nearest place is: never above
   /// measure_maximum.
   float measure_distance(const Facet& facet, const Run& run) const;
+  /// How far a place of the facet is from the points of the run, less their spacing there; infinity without
+  /// points.
+  float measure_back(const Eigen::Vector3f& place, const Run& run) const;
 
  private:
   void part(const AdaptiveMesh& mesh, int first, int second);

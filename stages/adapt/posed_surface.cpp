@@ -25,7 +25,7 @@ NeutralSurface pick(const NeutralSurface& neutral, std::span<const int> chosen) 
 }  // namespace
 
 struct PosedSurface::Group {
-  std::vector<int> vertices;
+  std::vector<int> keys;
   std::vector<Eigen::Vector2d> uv;
   std::unique_ptr<CompiledCascade> cascade;
   std::vector<Eigen::Vector3f> positions;
@@ -75,13 +75,13 @@ NeutralSurface PosedSurface::neutral_at(std::span<const Eigen::Vector2d> uv) con
   return made;
 }
 
-void PosedSurface::compile_group(const std::vector<int>& vertices) {
+void PosedSurface::compile_group(const std::vector<int>& keys) {
   auto group = std::make_unique<Group>();
-  group->vertices = vertices;
-  for (const int v : vertices) group->uv.push_back(known_[v].uv);
+  group->keys = keys;
+  for (const int v : keys) group->uv.push_back(known_[v].uv);
   const NeutralSurface neutral = neutral_at(group->uv);
   group->cascade = std::make_unique<CompiledCascade>(rig_, sample_fields(rig_, group->uv), neutral);
-  group->positions.resize(vertices.size());
+  group->positions.resize(keys.size());
   groups_.push_back(std::move(group));
 }
 
@@ -109,8 +109,8 @@ void PosedSurface::set_pose(std::span<const float> parameters) {
   for (std::size_t i = 0; i < moving_.size(); ++i) points_.positions[moving_[i]] = moved_[i];
   for (const auto& group : groups_) {
     group->cascade->evaluate(parameters_, group->positions);
-    for (std::size_t i = 0; i < group->vertices.size(); ++i) {
-      Known& known = known_[group->vertices[i]];
+    for (std::size_t i = 0; i < group->keys.size(); ++i) {
+      Known& known = known_[group->keys[i]];
       if (known.uv != group->uv[i]) continue;  // the slot has another vertex by now
       known.sample.position = group->positions[i];
       known.pose = pose_;
@@ -118,9 +118,9 @@ void PosedSurface::set_pose(std::span<const float> parameters) {
   }
 }
 
-VertexSample PosedSurface::sample(int vertex, const Eigen::Vector2d& uv) {
-  if (vertex >= static_cast<int>(known_.size())) known_.resize(vertex + 1);
-  Known& known = known_[vertex];
+VertexSample PosedSurface::sample(int key, const Eigen::Vector2d& uv) {
+  if (key >= static_cast<int>(known_.size())) known_.resize(key + 1);
+  Known& known = known_[key];
   known.used = pose_;
   if (known.uv == uv && known.pose == pose_ && pose_ > 0) return known.sample;
   const Eigen::Vector2d places[] = {uv};
@@ -132,7 +132,7 @@ VertexSample PosedSurface::sample(int vertex, const Eigen::Vector2d& uv) {
   known.uv = uv;
   known.pose = pose_;
   known.sample.position = plain_.evaluate(plain_parameters_, place).cast<float>();
-  fresh_.push_back(vertex);
+  fresh_.push_back(key);
   return known.sample;
 }
 

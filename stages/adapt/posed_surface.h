@@ -22,7 +22,7 @@ class PosedSurface final : public VertexSampler {
   /// One finite number a parameter of the rig. Resample the mesh afterwards. 0.5 ms for 120,000 points.
   void set_pose(std::span<const float> parameters);
   /// Normals are those of the neutral surface: take the mesh's own for pictures.
-  VertexSample sample(int vertex, const Eigen::Vector2d& uv) override;
+  VertexSample sample(int key, const Eigen::Vector2d& uv) override;
 
  private:
   struct Group;
@@ -34,7 +34,7 @@ class PosedSurface final : public VertexSampler {
 
   NeutralSurface neutral_at(std::span<const Eigen::Vector2d> uv) const;
   void gather_groups();
-  void compile_group(const std::vector<int>& vertices);
+  void compile_group(const std::vector<int>& keys);
 
   const Deformation rig_;
   const UvChart& chart_;
@@ -46,8 +46,8 @@ class PosedSurface final : public VertexSampler {
   Cascade plain_;
   std::vector<float> parameters_;
   std::vector<double> plain_parameters_;
-  std::vector<Known> known_;  ///< by vertex slot
-  std::vector<int> fresh_;    ///< vertices that are in no group yet
+  std::vector<Known> known_;  ///< by key
+  std::vector<int> fresh_;    ///< keys that are in no group yet
   std::vector<std::unique_ptr<Group>> groups_;
   unsigned pose_ = 0;
 };

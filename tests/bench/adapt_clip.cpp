@@ -9,7 +9,7 @@ namespace phiz::bench {
 namespace {
 
 constexpr int kFrames = 300, kCheckBothWaysEvery = 10;
-constexpr double kTolerance = 1.0;  ///< mm
+constexpr double kTolerance = 2.0;  ///< mm
 constexpr double kShare = 0.95;     ///< of it that the criterion may use: it does not look at every vertex
 
 Deformation make_rig(const AdaptWorld& world) {

@@ -73,16 +73,21 @@ std::string walk(const std::string& name, const TriangleMesh& zoo, long long req
   test::Random dice(test::seed_of_test(name));
   const auto nothing = [](const StellarChange&) {};
   const int most = std::max(4000, 4 * mesh.base_face_count());
-  for (long long request = 0; request < requests; ++request) {
+  for (long long request = 0; request < requests;) {
     const bool is_refining = dice.below(1000) < (mesh.mesh().face_count() < most ? 550u : 450u);
     if (is_refining) {
       const int f = static_cast<int>(dice.below(mesh.mesh().face_slots()));
-      if (mesh.mesh().is_face(f) && mesh.level(f) < MultiTriangulation::kMostLevel) mesh.refine(f, nothing);
+      if (!mesh.mesh().is_face(f) || mesh.level(f) >= MultiTriangulation::kMostLevel) continue;
+      mesh.refine(f, nothing);
     } else {
       const int v = static_cast<int>(dice.below(mesh.mesh().vertex_slots()));
-      if (mesh.mesh().is_vertex(v) && mesh.vertex_level(v) > 0) mesh.simplify(v, nothing);
+      if (!mesh.mesh().is_vertex(v)) continue;
+      if (mesh.vertex_level(v) > 0)
+        mesh.simplify(v, nothing);
+      else if (mesh.mesh().vertex_count() > mesh.base_vertex_count())
+        continue;
     }
-    if (request % kValidateEvery == 0) {
+    if (++request % kValidateEvery == 0) {
       const std::vector<std::string> broken = mesh.validate();
       if (!broken.empty()) return name + ": " + broken.front();
     }
