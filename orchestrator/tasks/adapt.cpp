@@ -133,8 +133,8 @@ Image draw_adapted(const std::vector<AdaptedHead>& heads, const std::vector<std:
   std::vector<std::vector<std::string>> labels;
   for (std::size_t i = 0; i < heads.size(); ++i) {
     ViewOptions options;
-    options.width = 560;
-    options.height = 600;
+    options.width = 400;
+    options.height = 430;
     options.wireframe = true;
     options.flat = true;
     std::vector<Image>& row = rows.emplace_back();

@@ -9,7 +9,6 @@ namespace phiz {
 namespace {
 
 constexpr int kAskEvery = 64;
-constexpr int kMostSweeps = 64;
 constexpr int kMostRounds = 8;  ///< of refinement and simplification where tests look at neighbours
 
 }  // namespace
@@ -94,36 +93,36 @@ bool AdaptiveMesh::may_go_on(const AdaptBudget& budget, int& requests) const {
   return ++requests % kAskEvery != 0 || !budget.keep_going || budget.keep_going();
 }
 
-AdaptReport AdaptiveMesh::refine_sweep(const AdaptBudget& budget) {
+/// Faces whose test may have another answer since the last splits: new ones, and where a test looks across
+/// its edge, those that see a new one there.
+void AdaptiveMesh::add_onlookers(std::size_t first_new) {
+  for (std::size_t i = first_new, end = pending_.size(); i < end; ++i) {
+    if (!mesh().is_face(pending_[i])) continue;
+    const int t = mesh().twin(StellarMesh::half_edge(pending_[i], 0));
+    if (t != StellarMesh::kNone && (t & 3) == 0) pending_.push_back(StellarMesh::face(t));
+  }
+}
+
+AdaptReport AdaptiveMesh::refine(const AdaptBudget& budget) {
   AdaptReport report;
   const int level = std::min(budget.level, MultiTriangulation::kMostLevel);
+  const bool is_local = surface_.is_face_local();
   pending_.clear();
   for (int f = 0; f < mesh().face_slots(); ++f)
     if (mesh().is_face(f)) pending_.push_back(f);
   int requests = 0;
-  for (std::size_t i = 0; i < pending_.size(); ++i) {
+  for (std::size_t i = 0; i < pending_.size() && report.is_done; ++i) {
     const int f = pending_[i];
     while (mesh().is_face(f) && triangulation_.level(f) < level && surface_.should_refine(*this, f)) {
-      if (!may_go_on(budget, requests)) {
-        report.is_done = false;
-        return report;
-      }
+      report.is_done = may_go_on(budget, requests);
+      if (!report.is_done) break;
+      const std::size_t first_new = pending_.size();
       report.splits += refine_chain(f);
+      if (!is_local) add_onlookers(first_new);
     }
   }
-  return report;
-}
-
-AdaptReport AdaptiveMesh::refine(const AdaptBudget& budget) {
-  AdaptReport total;
-  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
-    const AdaptReport report = refine_sweep(budget);
-    total.splits += report.splits;
-    total.is_done = report.is_done;
-    if (!report.is_done || report.splits == 0 || surface_.is_face_local()) break;
-  }
   pending_.clear();
-  return total;
+  return report;
 }
 
 AdaptReport AdaptiveMesh::simplify(const AdaptBudget& budget) {

@@ -50,8 +50,8 @@ class AdaptiveSurface {
   }
   virtual void on_change(const AdaptiveMesh&, const StellarChange&) {}  ///< after each operator
   virtual void on_resample(const AdaptiveMesh&) {}  ///< after every vertex has got its sample anew
-  /// False where the answer for a face depends on its neighbours: refine then looks again until nothing
-  /// changes.
+  /// False where the answer for a face depends on the face across its edge too: it is then asked again when
+  /// that changes.
   virtual bool is_face_local() const { return true; }
 };
 
@@ -111,7 +111,7 @@ class AdaptiveMesh {
   int refine_chain(int face);
   int simplify_chain(int vertex);
   bool may_go_on(const AdaptBudget& budget, int& requests) const;
-  AdaptReport refine_sweep(const AdaptBudget& budget);
+  void add_onlookers(std::size_t first_new);
   int exchange(double limit);
   void spend(const AdaptBudget& budget, OrderedQueue& queue, AdaptReport& report);
 

@@ -120,7 +120,9 @@ float CriterionSurface::measure_normals(const AdaptiveMesh& mesh, const std::arr
   look_at((na - nb).squaredNorm(), block);
   look_at((nb - nc).squaredNorm(), (pc - pb).squaredNorm());
   look_at((nc - na).squaredNorm(), ac.squaredNorm());
-  if (beyond >= 0) {
+  const double scale = options_.is_pure_angle ? 1 : 8;
+  const bool is_enough = !options_.view && worst > scale * scale * options_.tolerance * options_.tolerance * 1.1;
+  if (beyond >= 0 && !is_enough) {
     const Eigen::Vector3f ad = mesh.position(beyond) - pa, first = ab.cross(ac), second = ad.cross(ab);
     const float sizes = first.squaredNorm() * second.squaredNorm();
     const float cosine = sizes > 0 ? first.dot(second) / std::sqrt(sizes) : 1.0f;

@@ -29,7 +29,7 @@ struct Hill {
     BaseLayout layout;
     for (int i = 0; i < 16; ++i) {
       layout.uv.emplace_back((i % 4) / 3.0, (i / 4) / 3.0);
-      layout.names.push_back("p" + std::to_string(i));
+      layout.names.push_back(std::string("p").append(std::to_string(i)));
     }
     const auto triangles = triangulate_layout(layout);
     std::vector<Eigen::Vector3d> places;
