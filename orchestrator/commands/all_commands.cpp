@@ -8,6 +8,7 @@ std::vector<Command> list_commands() {
   commands.push_back(make_evaluate_command());
   commands.push_back(make_fields_command());
   commands.push_back(make_retarget_command());
+  commands.push_back(make_adapt_command());
   commands.push_back(make_track_command());
   commands.push_back(make_animate_command());
   commands.push_back(make_synth_command());

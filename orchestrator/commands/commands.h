@@ -18,6 +18,7 @@ Command make_export_command();
 Command make_evaluate_command();
 Command make_fields_command();
 Command make_retarget_command();
+Command make_adapt_command();
 Command make_track_command();
 Command make_animate_command();
 Command make_synth_command();
