@@ -7,7 +7,7 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../../.ci/setup.sh"
 
-known=(fit head fields store)
+known=(fit head fields store ship)
 areas=()
 options=()
 for word in "$@"; do
