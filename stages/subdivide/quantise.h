@@ -19,15 +19,16 @@ struct QuantisedSurface {
   std::vector<std::vector<float>> displacements_mm;  ///< as in HeadAsset, whole steps
   std::vector<Eigen::Vector3d> positions;            ///< of the finest level, as evaluate_surface gives them
   double step_mm = 0, position_step_mm = 0;          ///< of displacements and of control positions
-  double hausdorff_mm = 0;                           ///< measured, of the finest levels; at most tolerance_mm
+  double hausdorff_mm = 0;                           ///< measured, of the finest levels
 };
 
 /// Rounds a displaced surface so that few bits hold it. Level by level, each from the rounded level before:
 /// a new vertex goes along its normal to where it meets the given surface, and that way is rounded, so that
-/// errors of coarse levels are mended by finer ones instead of adding up. Steps begin at twice the tolerance
-/// and shrink until the measured distance holds it. displacements_mm as in evaluate_surface. Deterministic.
-/// Throws InvalidInput on options out of range. Level 4 (400,000 vertices): 3 s of processor time, most of it
-/// for measuring.
+/// errors of coarse levels are mended by finer ones instead of adding up. Where the measured distance exceeds
+/// the tolerance the levels below are rounded to half steps and measured again, a few times; folds may keep a
+/// handful of vertices farther away, which hausdorff_mm then tells. displacements_mm as in evaluate_surface.
+/// Deterministic. Throws InvalidInput on options out of range. Level 4 (400,000 vertices): 3 s of processor
+/// time, most of it for measuring.
 QuantisedSurface quantise_surface(const SubdivisionHierarchy& hierarchy,
                                   std::span<const Eigen::Vector3d> control_positions,
                                   std::span<const std::vector<float>> displacements_mm,
