@@ -1,6 +1,7 @@
 #include "formats/animated_mesh.h"
 
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -15,7 +16,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr int kFloat = 5126, kUnsignedInt = 5125;
+constexpr int kFloat = 5126, kUnsignedInt = 5125, kUnsignedShort = 5123;
 
 void check(const AnimatedMesh& animated) {
   check_mesh(animated.mesh);
@@ -52,6 +53,7 @@ struct Document {
   template <typename Row>
   std::size_t add_view(const std::vector<Row>& rows) {
     const std::size_t length = rows.size() * sizeof(Row);
+    bin.resize((bin.size() + 3) / 4 * 4);
     root["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", bin.size()}, {"byteLength", length}});
     bin.resize(bin.size() + length);
     std::memcpy(bin.data() + bin.size() - length, rows.data(), length);
@@ -82,10 +84,15 @@ std::size_t add_target(Document& document, const MorphTarget& target, std::size_
                    {"min", to_json(low)},
                    {"max", to_json(high)}};
   if (!target.vertices.empty()) {
-    accessor["sparse"] = {
-        {"count", target.vertices.size()},
-        {"indices", {{"bufferView", document.add_view(target.vertices)}, {"componentType", kUnsignedInt}}},
-        {"values", {{"bufferView", document.add_view(target.offsets)}}}};
+    const bool is_short = vertex_count <= 65536;
+    const std::size_t indices =
+        is_short
+            ? document.add_view(std::vector<std::uint16_t>(target.vertices.begin(), target.vertices.end()))
+            : document.add_view(target.vertices);
+    const int type = is_short ? kUnsignedShort : kUnsignedInt;
+    accessor["sparse"] = {{"count", target.vertices.size()},
+                          {"indices", {{"bufferView", indices}, {"componentType", type}}},
+                          {"values", {{"bufferView", document.add_view(target.offsets)}}}};
   }
   return document.add_accessor(std::move(accessor));
 }

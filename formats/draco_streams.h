@@ -29,6 +29,25 @@ std::string encode_lattice_mesh(const LatticeMesh& mesh, double step);
 LatticeMesh decode_lattice_mesh(std::string_view bytes, double step, std::size_t vertex_count,
                                 std::size_t triangle_count);
 
+/// Positions and triangles alone, vertex and triangle order kept: edgebreaker where the mesh has an order
+/// that it returns (stages/template/canonical_order.h) when it is handed over backwards, else sequential.
+/// Decoded again and compared. Throws FormatError as encode_lattice_mesh does.
+std::string encode_lattice_surface(const std::vector<Eigen::Vector3i>& positions,
+                                   const std::vector<Eigen::Vector3i>& triangles, double step);
+
+/// As decode_lattice_mesh, without texture.
+LatticeMesh decode_lattice_surface(std::string_view bytes, double step, std::size_t vertex_count,
+                                   std::size_t triangle_count);
+
+/// A mesh for others to look at, as small as Draco makes it: order is not kept, positions are rounded to
+/// `step` (of the mesh's unit). What a decoder gets is told beside it.
+struct SurfaceStream {
+  std::string bytes;
+  std::size_t vertex_count = 0, triangle_count = 0;
+  Eigen::Vector3f low = Eigen::Vector3f::Zero(), high = Eigen::Vector3f::Zero();
+};
+SurfaceStream encode_surface(const TriangleMesh& mesh, double step);
+
 /// One number after another, entropy coded: a Draco point cloud with one generic attribute (int32), no
 /// prediction.
 std::string encode_integers(std::span<const std::int32_t> numbers);

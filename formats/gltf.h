@@ -1,6 +1,7 @@
 #pragma once
 
 #include <iosfwd>
+#include <vector>
 
 #include "formats/triangle_mesh.h"
 
@@ -12,6 +13,10 @@ namespace phiz {
 /// points. Same mesh, same bytes. Throws FormatError: what check_mesh refuses, no vertices, above 4 GiB. O(V
 /// + F).
 void write_glb(const TriangleMesh& mesh, std::ostream& out);
+
+/// A .glb of one head in several levels, finest first: the scene's node shows the first, `MSFT_lod` names the
+/// others, with shares of the screen from which each is wanted. Throws as write_glb does.
+void write_lod_glb(const std::vector<TriangleMesh>& meshes, std::ostream& out);
 
 /// A .drc (sequential Draco, vertex and triangle order kept) in the mesh's own unit: positions in 16 bits of
 /// its longest side, normals in 10, uv in 14, colours exact. Throws FormatError as above, or without

@@ -1,289 +1,237 @@
 #include "formats/head_asset.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <cstring>
+#include <new>
 
 #include "formats/content_seal.h"
 #include "formats/draco_streams.h"
 #include "formats/error.h"
 #include "formats/glb_chunks.h"
 #include "formats/head_asset_document.h"
+#include "formats/head_asset_parts.h"
+#include "formats/residual_coder.h"
 #include "formats/text.h"
 
 namespace phiz {
 namespace {
 
 using head_asset_document::Document;
+using head_asset_document::Level;
 using head_asset_document::Stream;
+namespace parts = head_asset_parts;
 
-constexpr std::size_t kMostVertices = std::size_t{1} << 25;  // of the finest level
-constexpr double kLargestSteps = 1 << 24;                    // a float holds every integer up to here
-constexpr int kTextureSteps = 65535;
-
-/// The rules that a head keeps, written or read.
-void check_digest(const std::string& digest) {
-  const bool good = digest.size() <= 128 && std::all_of(digest.begin(), digest.end(), [](char c) {
-                      return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                             c == '-' || c == '_' || c == ':' || c == '.';
-                    });
-  if (!good) throw FormatError("template digest has other characters than letters, digits and -_:.");
+std::string_view bytes_of(std::string_view bin, const Stream& stream) {
+  return bin.substr(stream.offset, stream.length);
 }
 
-void check_steps(const HeadAssetOptions& steps) {
-  const auto within = [](double step, double least) { return step >= least && step <= 10.0; };
-  if (!within(steps.displacement_step_mm, 1e-5) || !within(steps.position_step_mm, 1e-4)) {
+std::string_view checked_bytes_of(std::string_view bin, const Stream& stream, const char* what) {
+  const std::string_view bytes = bytes_of(bin, stream);
+  if (parts::sum_of(bytes) != stream.sum)
+    throw FormatError(std::string(what) + " is damaged: its sum is another (byte " +
+                      std::to_string(stream.offset) + " of the second chunk)");
+  return bytes;
+}
+
+void check_document(const Document& document) {
+  head_asset_document::check_name(document.template_digest, "template digest");
+  for (const auto& [name, digest] : document.provenance) {
+    head_asset_document::check_name(name, "provenance");
+    head_asset_document::check_name(digest, "provenance");
+  }
+  parts::check_steps(1, document.position_step_mm);
+  for (const Level& level : document.levels) parts::check_steps(level.step_mm, 1);
+  if (document.texture_steps < 255 || document.texture_steps > 65535 || document.confidence_step < 1 ||
+      document.confidence_step > 255)
     throw FormatError("quantisation step is out of range");
+  if (!document.scan_from_head.allFinite()) throw FormatError("scan_from_head is not finite");
+  if (!(document.tolerance_mm >= 0) || !std::isfinite(document.tolerance_mm))
+    throw FormatError("tolerance is no distance");
+  if (document.vertex_count > parts::kMostVertices || document.triangle_count > 2 * parts::kMostVertices ||
+      document.triangle_count == 0) {
+    throw FormatError("head claims " + std::to_string(document.vertex_count) + " vertices and " +
+                      std::to_string(document.triangle_count) + " triangles");
   }
 }
 
-void check_triangles(const std::vector<Eigen::Vector3i>& triangles, std::size_t vertex_count) {
-  if (triangles.empty()) throw FormatError("head has no triangles");
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    for (int corner : triangles[t]) {
-      if (corner < 0 || static_cast<std::size_t>(corner) >= vertex_count) {
-        throw FormatError("corner " + std::to_string(corner) + " is no vertex (triangle " +
-                          std::to_string(t) + ")");
-      }
-    }
+void append_positions(const std::vector<Eigen::Vector3i>& lattice, double step, HeadAsset& head) {
+  for (const Eigen::Vector3i& q : lattice) {
+    if (q.cwiseAbs().maxCoeff() > parts::kLargestSteps) throw FormatError("position is too large");
+    const auto coordinate = [&](int k) { return parts::from_steps(q[k], step); };
+    head.positions.emplace_back(coordinate(0), coordinate(1), coordinate(2));
   }
 }
 
-std::size_t count_edges(const std::vector<Eigen::Vector3i>& triangles) {
-  std::vector<std::array<int, 2>> edges;
-  edges.reserve(3 * triangles.size());
-  for (const Eigen::Vector3i& corners : triangles) {
-    for (int k = 0; k < 3; ++k) {
-      edges.push_back(
-          {std::min(corners[k], corners[(k + 1) % 3]), std::max(corners[k], corners[(k + 1) % 3])});
-    }
+/// The control mesh and its (u,v). Schema 1 has both in one stream, v downwards.
+LevelTopology read_control(std::string_view bin, const Document& document, HeadAsset& head) {
+  const double step = document.position_step_mm, share = 1.0 / document.texture_steps;
+  if (document.schema == 1) {
+    const LatticeMesh mesh = decode_lattice_mesh(bytes_of(bin, document.mesh), step, document.vertex_count,
+                                                 document.triangle_count);
+    head.triangles = mesh.triangles;
+    append_positions(mesh.positions, step, head);
+    for (const Eigen::Vector2i& t : mesh.texture)
+      head.uv.emplace_back(parts::from_steps(t.x(), share),
+                           parts::from_steps(document.texture_steps - t.y(), share));
+    return {head.triangles, head.positions.size()};
   }
-  std::sort(edges.begin(), edges.end());
-  return static_cast<std::size_t>(std::unique(edges.begin(), edges.end()) - edges.begin());
+  LatticeMesh mesh = decode_lattice_surface(checked_bytes_of(bin, document.mesh, "control mesh"), step,
+                                            document.vertex_count, document.triangle_count);
+  head.triangles = std::move(mesh.triangles);
+  append_positions(mesh.positions, step, head);
+  LevelTopology control(head.triangles, head.positions.size());
+  for (const Eigen::Vector2i& t : parts::decode_texture(
+           control, head.triangles, checked_bytes_of(bin, document.texture, "texture coordinates"),
+           document.texture_steps))
+    head.uv.emplace_back(parts::from_steps(t.x(), share), parts::from_steps(t.y(), share));
+  return control;
 }
 
-/// Vertices of levels 0 .. level_count-1 under 1:4 splits. Refuses more than kMostVertices.
-std::vector<std::size_t> level_sizes(const std::vector<Eigen::Vector3i>& triangles, std::size_t vertex_count,
-                                     std::size_t level_count) {
-  std::vector<std::size_t> sizes;
-  std::size_t vertices = vertex_count, edges = count_edges(triangles), faces = triangles.size();
-  for (std::size_t level = 0; level < level_count; ++level) {
-    if (vertices > kMostVertices) throw FormatError("level " + std::to_string(level) + " is too fine");
-    sizes.push_back(vertices);
+void append_level(const std::vector<std::int32_t>& numbers, std::size_t first, double step, HeadAsset& head) {
+  std::vector<float>& displacements = head.displacements_mm.emplace_back(first, 0.0f);
+  displacements.reserve(first + numbers.size());
+  for (const std::int32_t steps : numbers) {
+    if (std::abs(static_cast<double>(steps)) > 2 * parts::kLargestSteps)
+      throw FormatError("displacement is too large");
+    displacements.push_back(parts::from_steps(steps, step));
+  }
+}
+
+void append_confidences(std::string_view stream, std::size_t count, int step, HeadAsset& head) {
+  std::vector<std::uint8_t> confidences;
+  if (!head.confidences.empty()) confidences = head.confidences.back();
+  for (const std::int32_t value : decode_integers(stream, count)) {
+    if (value < 0 || value > 255 / step + 1) throw FormatError("confidence is no byte");
+    confidences.push_back(static_cast<std::uint8_t>(std::min(value * step, 255)));
+  }
+  head.confidences.push_back(std::move(confidences));
+}
+
+/// Counts are those that the control mesh leads to, and none is believed before the streams are long enough.
+void check_levels(const LevelTopology& control, const Document& document) {
+  std::size_t vertices = control.vertex_count(), edges = control.next_vertex_count() - vertices,
+              faces = control.triangle_count(), before = 0;
+  for (std::size_t level = 0; level < document.levels.size(); ++level) {
+    const Level& entry = document.levels[level];
+    if (vertices > parts::kMostVertices) throw FormatError("level " + std::to_string(level) + " is too fine");
+    if (entry.vertex_count != vertices)
+      throw FormatError("level " + std::to_string(level) + " has not " + std::to_string(vertices) +
+                        " vertices");
+    if (document.schema > 1 && vertices - before > ResidualModel::most_numbers(entry.displacements.length))
+      throw FormatError("level " + std::to_string(level) + " is too short for its vertices");
+    before = vertices;
     vertices += edges;
     edges = 2 * edges + 3 * faces;
     faces *= 4;
   }
-  return sizes;
 }
 
-std::int32_t to_steps(double value, double step, const char* what, std::size_t idx) {
-  const double steps = value / step;
-  if (!(std::abs(steps) < kLargestSteps)) {
-    throw FormatError(std::string(what) + " is not finite or too large (" + std::to_string(idx) + ")");
-  }
-  return static_cast<std::int32_t>(std::floor(steps + 0.5));
-}
-
-float from_steps(std::int32_t steps, double step) {
-  return static_cast<float>(steps * step);
-}
-
-// ---- writing
-
-LatticeMesh quantise(const HeadAsset& head, double step) {
-  LatticeMesh mesh;
-  mesh.triangles = head.triangles;
-  for (std::size_t i = 0; i < head.positions.size(); ++i) {
-    const auto coordinate = [&](int k) { return to_steps(head.positions[i][k], step, "position", i); };
-    mesh.positions.emplace_back(coordinate(0), coordinate(1), coordinate(2));
-    const Eigen::Vector2f& uv = head.uv[i];
-    if (!(uv.minCoeff() >= 0.0f && uv.maxCoeff() <= 1.0f)) {
-      throw FormatError("(u,v) is not in [0,1] (" + std::to_string(i) + ")");
+/// Levels 0 .. count-1.
+void read_levels(std::string_view bin, const Document& document, std::size_t count, LevelTopology topology,
+                 HeadAsset& head) {
+  check_levels(topology, document);
+  ResidualModel model;
+  for (std::size_t level = 0; level < count; ++level) {
+    const Level& entry = document.levels[level];
+    const std::size_t first = level == 0 ? 0 : document.levels[level - 1].vertex_count;
+    if (document.schema == 1) {
+      append_level(decode_integers(bytes_of(bin, entry.displacements), entry.vertex_count - first), first,
+                   entry.step_mm, head);
+    } else {
+      if (level > 0) topology = topology.next();
+      append_level(model.decode(topology, checked_bytes_of(bin, entry.displacements, "a level")), first,
+                   entry.step_mm, head);
     }
-    const auto share = [](float value) { return static_cast<int>(double{value} * kTextureSteps + 0.5); };
-    mesh.texture.emplace_back(share(uv.x()), kTextureSteps - share(uv.y()));  // glTF counts v downwards
-  }
-  return mesh;
-}
-
-std::vector<std::int32_t> new_displacements(const HeadAsset& head, std::size_t level, std::size_t first,
-                                            double step) {
-  const std::vector<float>& values = head.displacements_mm[level];
-  std::vector<std::int32_t> steps;
-  steps.reserve(values.size() - first);
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (i < first && values[i] != 0.0f) {
-      throw FormatError("level " + std::to_string(level) + " displaces a vertex of the level before (" +
-                        std::to_string(i) + ")");
-    }
-    if (i >= first) steps.push_back(to_steps(values[i], step, "displacement", i));
-  }
-  return steps;
-}
-
-std::vector<std::int32_t> new_confidences(const HeadAsset& head, std::size_t level, std::size_t first) {
-  const std::vector<std::uint8_t>& values = head.confidences[level];
-  if (first > 0 && !std::equal(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(first),
-                               head.confidences[level - 1].begin())) {
-    throw FormatError("level " + std::to_string(level) +
-                      " does not repeat the confidences of the level before");
-  }
-  return {values.begin() + static_cast<std::ptrdiff_t>(first), values.end()};
-}
-
-void check_sizes(const HeadAsset& head, const std::vector<std::size_t>& sizes) {
-  if (head.uv.size() != head.positions.size()) throw FormatError("head has not one (u,v) per vertex");
-  if (!head.confidences.empty() && head.confidences.size() != sizes.size()) {
-    throw FormatError(std::to_string(head.confidences.size()) + " levels of confidences for " +
-                      std::to_string(sizes.size()) + " of displacements");
-  }
-  for (std::size_t level = 0; level < sizes.size(); ++level) {
-    const bool right = head.displacements_mm[level].size() == sizes[level] &&
-                       (head.confidences.empty() || head.confidences[level].size() == sizes[level]);
-    if (!right) {
-      throw FormatError("level " + std::to_string(level) + " has not " + std::to_string(sizes[level]) +
-                        " values");
-    }
+    if (document.has_confidences && entry.confidences.end() <= bin.size())
+      append_confidences(bytes_of(bin, entry.confidences), entry.vertex_count - first,
+                         document.confidence_step, head);
   }
 }
 
-/// Appends a stream to the BIN chunk, from a multiple of four bytes.
-Stream append_stream(std::string& bin, const std::string& stream) {
-  bin.append((4 - bin.size() % 4) % 4, '\0');
-  bin += stream;
-  return {bin.size() - stream.size(), stream.size()};
-}
-
-void write_mesh(const HeadAsset& head, Document& document, std::string& bin) {
-  const double step = document.steps.position_step_mm;
-  const LatticeMesh mesh = quantise(head, step);
-  document.vertex_count = mesh.positions.size();
-  document.triangle_count = mesh.triangles.size();
-  document.mesh = append_stream(bin, encode_lattice_mesh(mesh, step));
-  for (int k = 0; k < 3; ++k) {
-    const auto [low, high] = std::minmax_element(mesh.positions.begin(), mesh.positions.end(),
-                                                 [k](const auto& a, const auto& b) { return a[k] < b[k]; });
-    document.low[k] = from_steps((*low)[k], step);
-    document.high[k] = from_steps((*high)[k], step);
-  }
-}
-
-void write_levels(const HeadAsset& head, const std::vector<std::size_t>& sizes, Document& document,
-                  std::string& bin) {
-  const double step = document.steps.displacement_step_mm;
-  for (std::size_t level = 0; level < sizes.size(); ++level) {
-    const std::size_t first = level == 0 ? 0 : sizes[level - 1];
-    auto& entry = document.levels.emplace_back();
-    entry.vertex_count = sizes[level];
-    entry.displacements = append_stream(bin, encode_integers(new_displacements(head, level, first, step)));
-    if (document.has_confidences) {
-      entry.confidences = append_stream(bin, encode_integers(new_confidences(head, level, first)));
-    }
-  }
-}
-
-// ---- reading
-
-std::vector<std::int32_t> read_stream(std::string_view bin, const Stream& stream, std::size_t count) {
-  return decode_integers(bin.substr(stream.offset, stream.length), count);
-}
-
-void read_levels(std::string_view bin, const Document& document, HeadAsset& head) {
-  const auto sizes = level_sizes(head.triangles, head.positions.size(), document.levels.size());
-  for (std::size_t level = 0; level < sizes.size(); ++level) {
-    const auto& entry = document.levels[level];
-    if (entry.vertex_count != sizes[level]) {
-      throw FormatError("level " + std::to_string(level) + " has not " + std::to_string(sizes[level]) +
-                        " vertices");
-    }
-    const std::size_t first = level == 0 ? 0 : sizes[level - 1], count = sizes[level] - first;
-    std::vector<float>& displacements = head.displacements_mm.emplace_back(first, 0.0f);
-    displacements.reserve(sizes[level]);
-    for (std::int32_t steps : read_stream(bin, entry.displacements, count)) {
-      if (std::abs(static_cast<double>(steps)) > kLargestSteps)
-        throw FormatError("displacement is too large");
-      displacements.push_back(from_steps(steps, document.steps.displacement_step_mm));
-    }
-    if (!document.has_confidences) continue;
-    std::vector<std::uint8_t> confidences;
-    confidences.reserve(sizes[level]);
-    if (level > 0) confidences = head.confidences.back();
-    for (std::int32_t value : read_stream(bin, entry.confidences, count)) {
-      if (value < 0 || value > 255) throw FormatError("confidence is no byte");
-      confidences.push_back(static_cast<std::uint8_t>(value));
-    }
-    head.confidences.push_back(std::move(confidences));
-  }
-}
-
-HeadAsset decode(std::string_view json, std::string_view bin) {
-  const Document document = head_asset_document::parse(json, bin.size());
-  check_digest(document.template_digest);
-  check_steps(document.steps);
-  if (!document.scan_from_head.allFinite()) throw FormatError("scan_from_head is not finite");
-  if (document.vertex_count > kMostVertices || document.triangle_count > 2 * kMostVertices) {
-    throw FormatError("head claims " + std::to_string(document.vertex_count) + " vertices");
-  }
-  const LatticeMesh mesh =
-      decode_lattice_mesh(bin.substr(document.mesh.offset, document.mesh.length),
-                          document.steps.position_step_mm, document.vertex_count, document.triangle_count);
+HeadAsset read_document(std::string_view bin, const Document& document, std::size_t level_count) {
+  check_document(document);
   HeadAsset head;
   head.template_digest = document.template_digest;
   head.scan_from_head = document.scan_from_head;
-  head.triangles = mesh.triangles;
-  check_triangles(head.triangles, mesh.positions.size());
-  for (const Eigen::Vector3i& q : mesh.positions) {
-    if (q.cwiseAbs().maxCoeff() > kLargestSteps) throw FormatError("position is too large");
-    const auto coordinate = [&](int k) { return from_steps(q[k], document.steps.position_step_mm); };
-    head.positions.emplace_back(coordinate(0), coordinate(1), coordinate(2));
-  }
-  for (const Eigen::Vector2i& t : mesh.texture) {
-    head.uv.emplace_back(from_steps(t.x(), 1.0 / kTextureSteps),
-                         from_steps(kTextureSteps - t.y(), 1.0 / kTextureSteps));
-  }
-  read_levels(bin, document, head);
+  head.tolerance_mm = document.tolerance_mm;
+  head.provenance = document.provenance;
+  LevelTopology control = read_control(bin, document, head);
+  read_levels(bin, document, level_count, std::move(control), head);
   return head;
 }
 
-}  // namespace
+constexpr std::size_t kBeforeJson = 20, kBeforeBin = 8;
 
-void write_head_asset(const HeadAsset& head, const HeadAssetOptions& options, std::ostream& out) {
-  check_digest(head.template_digest);
-  check_steps(options);
-  check_triangles(head.triangles, head.positions.size());
-  if (!head.scan_from_head.allFinite()) throw FormatError("scan_from_head is not finite");
-  const auto sizes = level_sizes(head.triangles, head.positions.size(), head.displacements_mm.size());
-  check_sizes(head, sizes);
-  Document document;
-  document.template_digest = head.template_digest;
-  document.steps = options;
-  document.scan_from_head = head.scan_from_head;
-  document.has_confidences = !head.confidences.empty();
-  std::string bin;
-  write_mesh(head, document, bin);
-  write_levels(head, sizes, document, bin);
-  document.bin_length = bin.size();
-  std::string bytes = join_glb(head_asset_document::format(document), bin);
-  const std::size_t seal = head_asset_document::find_seal(bytes);
-  bytes.replace(seal, head_asset_document::kSealLength,
-                digest_without(bytes, seal, head_asset_document::kSealLength));
-  write_all(out, bytes);
+std::uint32_t word_at(std::string_view bytes, std::size_t at) {
+  std::uint32_t word = 0;
+  std::memcpy(&word, bytes.data() + at, 4);
+  return word;
 }
+
+/// The JSON of a file that may have been cut behind it, and where the second chunk's content begins.
+std::string_view json_of_prefix(std::string_view bytes) {
+  if (bytes.size() < kBeforeJson || bytes.substr(0, 4) != "glTF" || bytes.substr(16, 4) != "JSON")
+    throw FormatError("is not a glb (byte 0)");
+  const std::size_t length = word_at(bytes, 12);
+  if (length > bytes.size() - kBeforeJson || bytes.size() - kBeforeJson - length < kBeforeBin)
+    throw FormatError("ends within its document (byte " + std::to_string(bytes.size()) + ")");
+  return bytes.substr(kBeforeJson, length);
+}
+
+}  // namespace
 
 HeadAsset read_head_asset(std::istream& in) {
   const std::string bytes = read_all(in);
   const GlbChunks chunks = split_glb(bytes);
   const std::size_t seal = head_asset_document::find_seal(bytes);
-  if (std::string_view(bytes).substr(seal, head_asset_document::kSealLength) !=
+  if (bytes.substr(seal, head_asset_document::kSealLength) !=
       digest_without(bytes, seal, head_asset_document::kSealLength)) {
     throw FormatError("is damaged: its content does not match its seal (byte " + std::to_string(seal) + ")");
   }
   try {
-    return decode(chunks.json, chunks.bin);
+    const Document document = head_asset_document::parse(chunks.json, chunks.bin.size());
+    return read_document(chunks.bin, document, document.levels.size());
   } catch (const std::bad_alloc&) {
     throw FormatError("claims more than memory holds");
   }
+}
+
+HeadAsset read_head_asset_prefix(std::string_view bytes) {
+  const std::string_view json = json_of_prefix(bytes);
+  const std::size_t begin = kBeforeJson + json.size() + kBeforeBin;
+  const std::string_view bin = bytes.substr(begin);
+  try {
+    const Document document = head_asset_document::parse(
+        json, std::max<std::size_t>(bin.size(), word_at(bytes, begin - kBeforeBin)));
+    if (document.schema == 1) throw FormatError("a file of schema 1 can only be read whole");
+    if (document.mesh.end() > bin.size() || document.texture.end() > bin.size())
+      throw FormatError("ends within its control mesh (byte " + std::to_string(bytes.size()) + ")");
+    std::size_t count = 0;
+    while (count < document.levels.size() && document.levels[count].displacements.end() <= bin.size())
+      ++count;
+    return read_document(bin, document, count);
+  } catch (const std::bad_alloc&) {
+    throw FormatError("claims more than memory holds");
+  }
+}
+
+std::vector<HeadAssetPart> list_head_asset_parts(std::string_view bytes) {
+  const GlbChunks chunks = split_glb(bytes);
+  const Document document = head_asset_document::parse(chunks.json, chunks.bin.size());
+  const std::size_t begin = kBeforeJson + chunks.json.size() + kBeforeBin;
+  std::vector<HeadAssetPart> list = {{"document", begin, begin}};
+  const auto add = [&](const std::string& name, const Stream& stream) {
+    if (stream.length > 0) list.push_back({name, begin + stream.end(), stream.length});
+  };
+  add("control mesh", document.mesh);
+  add("texture coordinates", document.texture);
+  for (std::size_t k = 0; k < document.levels.size(); ++k)
+    add("level " + std::to_string(k), document.levels[k].displacements);
+  for (std::size_t k = 0; k < document.levels.size(); ++k)
+    add("confidence " + std::to_string(k), document.levels[k].confidences);
+  add("shown mesh", document.shown);
+  return list;
 }
 
 }  // namespace phiz

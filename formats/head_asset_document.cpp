@@ -1,5 +1,6 @@
 #include "formats/head_asset_document.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -12,8 +13,9 @@ using Json = nlohmann::json;  // sorted keys: one text for one document
 
 constexpr const char* kExtension = "PHIZ_displaced_subdivision";
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
-constexpr int kSchema = 1;
-constexpr const char* kCoder = "draco-sequential-int32";
+constexpr int kSchema = 2;
+constexpr const char* kCoder = "phiz-residual-1";
+constexpr const char* kFirstCoder = "draco-sequential-int32";  // of schema 1
 constexpr const char* kScheme = "modified-butterfly";
 constexpr std::string_view kSealKey = "\"seal\":\"";
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kTriangles = 4;
@@ -26,52 +28,70 @@ std::size_t add_view(Json& views, const Stream& stream) {
   return views.size() - 1;
 }
 
-Json extension_of(const Document& document, Json& views) {
-  Json levels = Json::array();
-  for (const Level& level : document.levels) {
-    Json entry = {{"vertices", level.vertex_count}, {"displacements", add_view(views, level.displacements)}};
-    if (document.has_confidences) entry["confidences"] = add_view(views, level.confidences);
-    levels.push_back(std::move(entry));
-  }
+Json rows_of(const Eigen::Matrix4d& matrix) {
   Json rows = Json::array();
   for (int row = 0; row < 4; ++row) {
     Json numbers = Json::array();
-    for (int column = 0; column < 4; ++column) numbers.push_back(document.scan_from_head(row, column));
+    for (int column = 0; column < 4; ++column) numbers.push_back(matrix(row, column));
     rows.push_back(std::move(numbers));
   }
-  return {{"schema", kSchema},
-          {"scheme", kScheme},
-          {"coder", kCoder},
-          {"unit", "mm"},
-          {"template", document.template_digest},
-          {"displacement_step_mm", document.steps.displacement_step_mm},
-          {"position_step_mm", document.steps.position_step_mm},
-          {"levels", std::move(levels)},
-          {"scan_from_head", std::move(rows)},
-          {"seal", std::string(kSealLength, '0')}};
+  return rows;
+}
+
+Json extension_of(const Document& document, Json& views, std::size_t mesh_view) {
+  Json levels = Json::array();
+  const std::size_t texture_view = add_view(views, document.texture);
+  for (const Level& level : document.levels) {
+    levels.push_back({{"vertices", level.vertex_count},
+                      {"step_mm", level.step_mm},
+                      {"displacements", add_view(views, level.displacements)},
+                      {"crc32", level.displacements.sum}});
+  }
+  for (std::size_t k = 0; document.has_confidences && k < levels.size(); ++k)
+    levels[k]["confidences"] = add_view(views, document.levels[k].confidences);
+  Json extension = {
+      {"schema", kSchema},
+      {"scheme", kScheme},
+      {"coder", kCoder},
+      {"unit", "mm"},
+      {"template", document.template_digest},
+      {"control",
+       {{"bufferView", mesh_view},
+        {"crc32", document.mesh.sum},
+        {"vertices", document.vertex_count},
+        {"triangles", document.triangle_count},
+        {"position_step_mm", document.position_step_mm}}},
+      {"texture",
+       {{"bufferView", texture_view}, {"crc32", document.texture.sum}, {"steps", document.texture_steps}}},
+      {"shown_level", document.shown_level},
+      {"levels", std::move(levels)},
+      {"scan_from_head", rows_of(document.scan_from_head)},
+      {"seal", std::string(kSealLength, '0')}};
+  if (document.has_confidences) extension["confidence_step"] = document.confidence_step;
+  if (document.tolerance_mm > 0) extension["tolerance_mm"] = document.tolerance_mm;
+  if (!document.provenance.empty()) extension["provenance"] = document.provenance;
+  return extension;
 }
 
 Json accessors_of(const Document& document) {
   const auto list = [](const Eigen::Vector3f& v) { return Json::array({v.x(), v.y(), v.z()}); };
   const Json position = {{"componentType", kFloat},
                          {"type", "VEC3"},
-                         {"count", document.vertex_count},
+                         {"count", document.shown_vertex_count},
                          {"min", list(document.low)},
                          {"max", list(document.high)}};
-  const Json texture = {{"componentType", kFloat}, {"type", "VEC2"}, {"count", document.vertex_count}};
   const Json corners = {
-      {"componentType", kUnsignedInt}, {"type", "SCALAR"}, {"count", 3 * document.triangle_count}};
-  return Json::array({position, texture, corners});
+      {"componentType", kUnsignedInt}, {"type", "SCALAR"}, {"count", 3 * document.shown_triangle_count}};
+  return Json::array({position, corners});
 }
 
 Json mesh_of(std::size_t draco_view) {
   Json primitive, mesh;
-  primitive["attributes"] = {{"POSITION", 0}, {"TEXCOORD_0", 1}};
-  primitive["indices"] = 2;
+  primitive["attributes"] = {{"POSITION", 0}};
+  primitive["indices"] = 1;
   primitive["mode"] = kTriangles;
   primitive["material"] = 0;
-  primitive["extensions"][kDraco] = {{"bufferView", draco_view},
-                                     {"attributes", {{"POSITION", 0}, {"TEXCOORD_0", 1}}}};
+  primitive["extensions"][kDraco] = {{"bufferView", draco_view}, {"attributes", {{"POSITION", 0}}}};
   mesh["name"] = "head";
   mesh["primitives"] = Json::array({std::move(primitive)});
   return mesh;
@@ -134,7 +154,8 @@ Eigen::Matrix4d parse_matrix(const Json& extension) {
   return matrix;
 }
 
-void parse_mesh(const Json& root, std::size_t bin_length, Document& document) {
+/// Schema 1: the primitive is the control mesh with its (u,v).
+void parse_first_mesh(const Json& root, std::size_t bin_length, Document& document) {
   const Json& primitive = element(element(root, "meshes", 0, "root"), "primitives", 0, "meshes[0]");
   const std::string path = "meshes[0].primitives[0]";
   const Json& draco = member(member(primitive, "extensions", path), kDraco, path);
@@ -146,18 +167,56 @@ void parse_mesh(const Json& root, std::size_t bin_length, Document& document) {
   document.triangle_count = corner_count / 3;
 }
 
+void parse_mesh(const Json& root, const Json& extension, std::size_t bin_length, Document& document) {
+  const Json& control = member(extension, "control", kExtension);
+  document.mesh = parse_stream(root, parse_count(control, "bufferView", "control"), bin_length);
+  document.mesh.sum = static_cast<std::uint32_t>(parse_count(control, "crc32", "control"));
+  document.vertex_count = parse_count(control, "vertices", "control");
+  document.triangle_count = parse_count(control, "triangles", "control");
+  document.position_step_mm =
+      parse_double(member(control, "position_step_mm", "control"), "position_step_mm");
+  const Json& texture = member(extension, "texture", kExtension);
+  document.texture = parse_stream(root, parse_count(texture, "bufferView", "texture"), bin_length);
+  document.texture.sum = static_cast<std::uint32_t>(parse_count(texture, "crc32", "texture"));
+  document.texture_steps =
+      static_cast<int>(std::min<std::size_t>(parse_count(texture, "steps", "texture"), 65536));
+}
+
 void parse_levels(const Json& root, const Json& extension, std::size_t bin_length, Document& document) {
   const Json& levels = member(extension, "levels", kExtension);
   if (!levels.is_array()) fail("'levels' is no list", kExtension);
   document.has_confidences = !levels.empty() && levels[0].is_object() && levels[0].contains("confidences");
+  const bool is_first = document.schema == 1;
   for (std::size_t k = 0; k < levels.size(); ++k) {
     const std::string path = "levels[" + std::to_string(k) + "]";
-    Level level{parse_count(levels[k], "vertices", path), {}, {}};
+    Level level{parse_count(levels[k], "vertices", path), 0, {}, {}};
+    level.step_mm = is_first ? parse_double(member(extension, "displacement_step_mm", kExtension), "step")
+                             : parse_double(member(levels[k], "step_mm", path), path);
     level.displacements = parse_stream(root, parse_count(levels[k], "displacements", path), bin_length);
+    if (!is_first)
+      level.displacements.sum = static_cast<std::uint32_t>(parse_count(levels[k], "crc32", path));
     if (document.has_confidences) {
       level.confidences = parse_stream(root, parse_count(levels[k], "confidences", path), bin_length);
     }
     document.levels.push_back(level);
+  }
+}
+
+/// What only schema 2 has.
+void parse_extras(const Json& extension, Document& document) {
+  if (document.has_confidences) {
+    document.confidence_step =
+        static_cast<int>(std::min<std::size_t>(parse_count(extension, "confidence_step", kExtension), 256));
+  }
+  if (extension.contains("tolerance_mm"))
+    document.tolerance_mm = parse_double(extension["tolerance_mm"], "tolerance_mm");
+  document.shown_level =
+      static_cast<int>(std::min<std::size_t>(parse_count(extension, "shown_level", kExtension), 99));
+  if (!extension.contains("provenance")) return;
+  if (!extension["provenance"].is_object()) fail("'provenance' is no object", kExtension);
+  for (const auto& [name, digest] : extension["provenance"].items()) {
+    if (!digest.is_string()) fail("is no text", "provenance." + name);
+    document.provenance[name] = digest.get<std::string>();
   }
 }
 
@@ -188,9 +247,11 @@ std::string format(const Document& document) {
   root["scenes"] = Json::array({scene});
   root["nodes"] = Json::array({node});
   root["materials"] = Json::array({material});
-  root["meshes"] = Json::array({mesh_of(add_view(views, document.mesh))});
   root["accessors"] = accessors_of(document);
-  root["extensions"][kExtension] = extension_of(document, views);
+  const std::size_t mesh_view = add_view(views, document.mesh);
+  root["extensions"][kExtension] = extension_of(document, views, mesh_view);
+  const bool is_control = document.shown_level == 0;
+  root["meshes"] = Json::array({mesh_of(is_control ? mesh_view : add_view(views, document.shown))});
   root["bufferViews"] = std::move(views);
   root["buffers"] = Json::array({buffer});
   return root.dump();
@@ -199,23 +260,39 @@ std::string format(const Document& document) {
 Document parse(std::string_view json, std::size_t bin_length) {
   const Json root = parse_text(json);
   const Json& extension = member(member(root, "extensions", "root"), kExtension, "extensions");
-  if (member(extension, "schema", kExtension) != kSchema) fail("'schema' is not 1", kExtension);
+  Document document;
+  const Json& schema = member(extension, "schema", kExtension);
+  if (schema != 1 && schema != kSchema) {
+    throw FormatError("'schema' is neither 1 nor 2 (" + std::string(kExtension) + ")",
+                      "it was written by a newer phiz");
+  }
+  document.schema = schema.get<int>();
   check_text(extension, "scheme", kScheme, kExtension);
-  check_text(extension, "coder", kCoder, kExtension);
+  check_text(extension, "coder", document.schema == 1 ? kFirstCoder : kCoder, kExtension);
   check_text(extension, "unit", "mm", kExtension);
   const Json& digest = member(extension, "template", kExtension);
   if (!digest.is_string()) fail("'template' is no text", kExtension);
-  Document document;
   document.bin_length = bin_length;
   document.template_digest = digest.get<std::string>();
-  const auto step = [&extension](const char* key) {
-    return parse_double(member(extension, key, kExtension), key);
-  };
-  document.steps = {step("displacement_step_mm"), step("position_step_mm")};
   document.scan_from_head = parse_matrix(extension);
-  parse_mesh(root, bin_length, document);
-  parse_levels(root, extension, bin_length, document);
+  if (document.schema == 1) {
+    document.position_step_mm = parse_double(member(extension, "position_step_mm", kExtension), "step");
+    parse_first_mesh(root, bin_length, document);
+    parse_levels(root, extension, bin_length, document);
+  } else {
+    parse_mesh(root, extension, bin_length, document);
+    parse_levels(root, extension, bin_length, document);
+    parse_extras(extension, document);
+  }
   return document;
+}
+
+void check_name(const std::string& name, const char* what) {
+  const bool good = name.size() <= 128 && std::all_of(name.begin(), name.end(), [](char c) {
+                      return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                             c == '-' || c == '_' || c == ':' || c == '.';
+                    });
+  if (!good) throw FormatError(std::string(what) + " has other characters than letters, digits and -_:.");
 }
 
 std::size_t find_seal(std::string_view bytes) {

@@ -5,6 +5,7 @@ namespace phiz {
 std::vector<Command> list_commands() {
   std::vector<Command> commands = list_light_commands();
   commands.push_back(make_export_command());
+  commands.push_back(make_report_command());
   commands.push_back(make_evaluate_command());
   commands.push_back(make_fields_command());
   commands.push_back(make_retarget_command());

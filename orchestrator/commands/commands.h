@@ -16,6 +16,7 @@ Command make_store_command();
 
 Command make_export_command();
 Command make_evaluate_command();
+Command make_report_command();
 Command make_fields_command();
 Command make_retarget_command();
 Command make_adapt_command();

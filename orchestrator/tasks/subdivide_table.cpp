@@ -11,7 +11,7 @@ Task describe_subdivide() {
   task.name = "subdivide";
   task.doc = "Modified Butterfly levels, each displaced along its normals onto the scan";
   task.source = "Jeong et al. 2002, 5";
-  task.version = 5;
+  task.version = 6;
   task.inputs = {output_of("ingest", "cloud.vdb"), output_of("ingest", "ingest.json"),
                  output_of("fit_global", "control.obj"), template_mesh_input(), template_annotations_input()};
   task.outputs = {"head.glb", "subdivide.json"};

@@ -51,6 +51,13 @@ AnimatedMesh make_animated_mesh(const CompiledCascade& cascade, const NeutralSur
                                 const Deformation& rig, const ParameterTrack& track,
                                 const std::vector<Eigen::Vector3i>& triangles);
 
+/// A morph target for each of the rig's controls at 1, under its name (ARKit's, where the rig has them),
+/// without moves below 0.01 mm; with a motion also its curves as weights. Throws InvalidInput as map_motion
+/// does.
+AnimatedMesh make_expression_mesh(const CompiledCascade& cascade, const NeutralSurface& neutral,
+                                  const Deformation& rig, const Motion* motion,
+                                  const std::vector<Eigen::Vector3i>& triangles);
+
 /// Largest distance in mm between the cascade and the morph targets over the track's frames.
 double measure_morph_error(const CompiledCascade& cascade, const AnimatedMesh& mesh,
                            const ParameterTrack& track);

@@ -8,7 +8,7 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../../.ci/setup.sh"
 
-known=(fit head fields adapt animate store)
+known=(fit head fields adapt animate ship store)
 areas=()
 options=()
 while [ "$#" -gt 0 ]; do

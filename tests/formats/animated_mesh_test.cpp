@@ -63,9 +63,9 @@ TEST(AnimatedMesh, TargetsAndWeightsStandInTheFile) {
     const MorphTarget& target = animated.targets[t];
     EXPECT_EQ(accessor.contains("sparse"), !target.vertices.empty());
     if (target.vertices.empty()) continue;
-    EXPECT_EQ(
-        values_of<int>(document, chunks, accessor["sparse"]["indices"]["bufferView"], target.vertices.size()),
-        target.vertices);
+    const auto vertices = values_of<std::uint16_t>(
+        document, chunks, accessor["sparse"]["indices"]["bufferView"], target.vertices.size());
+    EXPECT_EQ(std::vector<int>(vertices.begin(), vertices.end()), target.vertices);
     EXPECT_EQ(values_of<Eigen::Vector3f>(document, chunks, accessor["sparse"]["values"]["bufferView"],
                                          target.offsets.size()),
               target.offsets);

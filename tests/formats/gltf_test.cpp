@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "formats/error.h"
@@ -92,6 +93,25 @@ TEST(Gltf, RefusesABrokenMesh) {
   EXPECT_THROW(written(mesh, write_drc), FormatError);
   EXPECT_THROW(written(TriangleMesh{}, write_glb), FormatError);
   EXPECT_THROW(written(TriangleMesh{}, write_drc), FormatError);
+}
+
+TEST(Gltf, LevelsOfDetailNameEachOtherAndKeepTheirMeshes) {
+  const std::vector<TriangleMesh> meshes = {test::disk(8, 6), test::disk(8, 3), test::disk(8, 1)};
+  std::ostringstream out;
+  write_lod_glb(meshes, out);
+  const std::string bytes = out.str();
+  const nlohmann::json document = nlohmann::json::parse(split_glb(bytes).json);
+  EXPECT_EQ(document["scenes"][0]["nodes"], (std::vector<int>{0}));
+  EXPECT_EQ(document["nodes"][0]["extensions"]["MSFT_lod"]["ids"], (std::vector<int>{1, 2}));
+  EXPECT_EQ(document["nodes"][0]["extras"]["MSFT_screencoverage"].size(), 3u);
+  for (std::size_t k = 0; k < meshes.size(); ++k) {
+    const nlohmann::json& primitive =
+        document["meshes"][document["nodes"][k]["mesh"].get<std::size_t>()]["primitives"][0];
+    EXPECT_EQ(document["accessors"][primitive["attributes"]["POSITION"].get<std::size_t>()]["count"],
+              meshes[k].vertex_count());
+    EXPECT_EQ(document["accessors"][primitive["indices"].get<std::size_t>()]["count"],
+              3 * meshes[k].triangle_count());
+  }
 }
 
 }  // namespace

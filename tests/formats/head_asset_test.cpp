@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <set>
 #include <sstream>
@@ -192,14 +194,84 @@ TEST(HeadAsset, ALyingCountIsRefusedBeforeAllocation) {
   const GlbChunks chunks = split_glb(good);
   std::string json(chunks.json);
   const std::size_t vertices = sample_head(3, 2).positions.size();
-  const std::string count = "\"count\":" + std::to_string(vertices);
+  const std::string count = "\"vertices\":" + std::to_string(vertices);
   for (std::size_t at = json.find(count); at != std::string::npos; at = json.find(count, at + 1)) {
-    json.replace(at, count.size(), "\"count\":33000000");
+    json.replace(at, count.size(), "\"vertices\":33000000");
   }
   std::string bytes = join_glb(json, chunks.bin);
   const std::size_t seal = head_asset_document::find_seal(bytes);
   bytes.replace(seal, 64, digest_without(bytes, seal, 64));
   EXPECT_THROW(read(bytes), FormatError);
+}
+
+std::string read_file(const std::string& name) {
+  std::ifstream in(std::string(PHIZ_TEST_FILES) + "/" + name, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+/// The disk that the kept files hold: one level of 0.25 mm, all measured.
+void expect_kept_head(const HeadAsset& head) {
+  const TriangleMesh disk = test::disk(8, 2);
+  EXPECT_EQ(head.template_digest, "0123456789abcdef");
+  EXPECT_EQ(head.triangles, disk.triangles);
+  ASSERT_EQ(head.positions.size(), disk.positions.size());
+  for (std::size_t i = 0; i < disk.positions.size(); ++i)
+    EXPECT_LE((head.positions[i] - 100.0f * disk.positions[i]).cwiseAbs().maxCoeff(), 0.0051f);
+  ASSERT_EQ(head.displacements_mm.size(), 1u);
+  for (const float displacement : head.displacements_mm[0]) EXPECT_NEAR(displacement, 0.25f, 0.0101f);
+  for (const std::uint8_t confidence : head.confidences.at(0)) EXPECT_EQ(confidence, 255);
+}
+
+TEST(HeadAsset, EveryVersionEverWrittenIsRead) {
+  expect_kept_head(read(read_file("head_asset_schema_1.glb")));
+  expect_kept_head(read(read_file("head_asset_schema_2.glb")));
+}
+
+TEST(HeadAsset, AnyPrefixGivesTheLevelsThatItHoldsWhole) {
+  const HeadAsset head = sample_head(4);
+  const std::string bytes = write(head);
+  const HeadAsset whole = read(bytes);
+  for (const HeadAssetPart& part : list_head_asset_parts(bytes)) {
+    if (!part.name.starts_with("level ")) continue;
+    const std::size_t level = std::stoul(part.name.substr(6));
+    const HeadAsset prefix = read_head_asset_prefix(std::string_view(bytes).substr(0, part.end));
+    EXPECT_EQ(prefix.positions, whole.positions);
+    ASSERT_EQ(prefix.displacements_mm.size(), level + 1);
+    EXPECT_EQ(prefix.displacements_mm[level], whole.displacements_mm[level]);
+    const HeadAsset shorter = read_head_asset_prefix(std::string_view(bytes).substr(0, part.end - 1));
+    EXPECT_EQ(shorter.displacements_mm.size(), level);
+  }
+  EXPECT_THROW(read_head_asset_prefix(std::string_view(bytes).substr(0, 100)), FormatError);
+}
+
+TEST(HeadAsset, APrefixWithADamagedLevelIsRefused) {
+  std::string bytes = write(sample_head(3));
+  const std::vector<HeadAssetPart> parts = list_head_asset_parts(bytes);
+  bytes[parts[3].end - 1] = static_cast<char>(bytes[parts[3].end - 1] ^ 4);
+  EXPECT_THROW(read_head_asset_prefix(bytes), FormatError);
+}
+
+TEST(HeadAsset, KeepsToleranceAndProvenance) {
+  HeadAsset head = sample_head(2);
+  head.tolerance_mm = 0.05;
+  head.provenance = {{"ingest.cloud.vdb", "abc123"}};
+  const HeadAsset copy = read(write(head));
+  EXPECT_EQ(copy.tolerance_mm, 0.05);
+  EXPECT_EQ(copy.provenance, head.provenance);
+}
+
+TEST(HeadAsset, OthersAreShownTheMeshTheyAreGiven) {
+  const HeadAsset head = sample_head(2);
+  const TriangleMesh shown = test::disk(8, 7);
+  HeadAssetOptions options;
+  options.shown = &shown;
+  options.shown_level = 1;
+  options.shown_step_mm = 0.001;
+  const std::string bytes = write(head, options);
+  const ScanFile scan = parse_scan(std::as_bytes(std::span(bytes)), ".glb");
+  EXPECT_EQ(scan.triangles.size(), shown.triangles.size());
+  EXPECT_EQ(scan.points.size(), shown.positions.size());
+  expect_equal(read(bytes), head, {});
 }
 
 }  // namespace
