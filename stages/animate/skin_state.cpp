@@ -10,8 +10,8 @@
 namespace phiz {
 namespace {
 
-constexpr int kUnturnPasses = 8;
-constexpr float kUnturnShare = 0.3f;        ///< of a turned face's deformation that stays
+constexpr int kUnturnPasses = 8, kMendPasses = 6;
+constexpr float kUnturnShare = 0.2f;        ///< of a turned face's deformation that stays
 constexpr float kLongestGuess = 1.0f / 60;  ///< s
 constexpr float kRimStiffness = 1.5f;       ///< where lips or lids are through each other, in springs
 
@@ -202,10 +202,10 @@ void Skin::State::step(double seconds) {
   mend();
 }
 
-/// Faces that turned over are turned back, then lips and lids part: twice, since each may undo the other.
+/// Faces that turned over are turned back, then lips and lids part: again, since each may undo the other.
 void Skin::State::mend() {
   if (!rims) return;
-  for (int pass = 0; pass < 2; ++pass) {
+  for (int pass = 0; pass < kMendPasses; ++pass) {
     const bool is_mended = unturn();
     rims->part(shape_);
     for (const int v : rims->vertices()) {
