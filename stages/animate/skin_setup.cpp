@@ -133,7 +133,10 @@ void Skin::State::make_geometry(const SkinMatrices& matrices) {
     linear_offsets.push_back(static_cast<int>(linear_columns.size()));
   }
   for (const Eigen::Vector3i& t : layout->triangles()) {
-    if (!(layout->loose()[t[0]] && layout->loose()[t[1]] && layout->loose()[t[2]])) visible_triangles.push_back(t);
+    if (layout->loose()[t[0]] && layout->loose()[t[1]] && layout->loose()[t[2]]) continue;
+    const Eigen::Vector3f& corner = rest_positions[t[0]];
+    visible_triangles.push_back(t);
+    rest_normals.push_back((rest_positions[t[1]] - corner).cross(rest_positions[t[2]] - corner));
   }
 }
 

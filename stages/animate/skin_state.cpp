@@ -10,6 +10,8 @@
 namespace phiz {
 namespace {
 
+constexpr int kUnturnPasses = 8, kMendPasses = 6;
+constexpr float kUnturnShare = 0.2f;        ///< of a turned face's deformation that stays
 constexpr float kLongestGuess = 1.0f / 60;  ///< s
 constexpr float kRimStiffness = 1.5f;       ///< where lips or lids are through each other, in springs
 
@@ -197,15 +199,48 @@ void Skin::State::step(double seconds) {
     store4(load(start_[v]) + way * beyond, moved[v]);
   }
   publish();
+  mend();
+}
+
+/// Faces that turned over are turned back, then lips and lids part: again, since each may undo the other.
+void Skin::State::mend() {
   if (!rims) return;
-  rims->part(shape_);
-  for (const int v : rims->vertices()) {
-    const Float4 way = load(shape_[v]) - load(rest[v]), parted = way - load(moved[v]);
-    // Where nothing was crossed only rounding is left, which must not wake what rests.
-    if (std::abs(parted[0]) + std::abs(parted[1]) + std::abs(parted[2]) < 1e-3f) continue;
-    store4(way, moved[v]);
+  for (int pass = 0; pass < kMendPasses; ++pass) {
+    const bool is_mended = unturn();
+    rims->part(shape_);
+    for (const int v : rims->vertices()) {
+      const Float4 way = load(shape_[v]) - load(rest[v]), parted = way - load(moved[v]);
+      // Where nothing was crossed only rounding is left, which must not wake what rests.
+      if (std::abs(parted[0]) + std::abs(parted[1]) + std::abs(parted[2]) >= 1e-3f) store4(way, moved[v]);
+    }
+    publish();
+    if (!is_mended) return;
   }
-  publish();
+}
+
+/// The corners of a face that turned by more than 90 degrees nearly go the same way: it moves as one. False
+/// where there was none.
+bool Skin::State::unturn() {
+  bool is_any = false, is_more = true;
+  for (int pass = 0; pass < kUnturnPasses && is_more; ++pass) {
+    is_more = false;
+    for (std::size_t t = 0; t < visible_triangles.size(); ++t) {
+      const Eigen::Vector3i& corners = visible_triangles[t];
+      const Float4 a = load(shape_[corners[0]]), ab = load(shape_[corners[1]]) - a,
+                   ac = load(shape_[corners[2]]) - a;
+      const Eigen::Vector3f normal(ab[1] * ac[2] - ab[2] * ac[1], ab[2] * ac[0] - ab[0] * ac[2],
+                                   ab[0] * ac[1] - ab[1] * ac[0]);
+      if (!(normal.dot(rest_normals[t]) < 0)) continue;
+      is_any = is_more = true;
+      const Float4 mean =
+          (load(moved[corners[0]]) + load(moved[corners[1]]) + load(moved[corners[2]])) / 3.0f;
+      for (const int v : corners) {
+        store4(mean + (load(moved[v]) - mean) * kUnturnShare, moved[v]);
+        store4(load(rest[v]) + load(moved[v]), shape_[v]);
+      }
+    }
+  }
+  return is_any;
 }
 
 void Skin::State::relax(int rounds) {
@@ -219,13 +254,7 @@ void Skin::State::relax(int rounds) {
   }
   std::fill(velocity.begin(), velocity.end(), Point4{});
   publish();
-  if (!rims) return;
-  rims->part(shape_);
-  for (const int v : rims->vertices()) {
-    const Float4 way = load(shape_[v]) - load(rest[v]), parted = way - load(moved[v]);
-    if (std::abs(parted[0]) + std::abs(parted[1]) + std::abs(parted[2]) >= 1e-3f) store4(way, moved[v]);
-  }
-  publish();
+  mend();
 }
 
 Skin::Figures Skin::State::measure() const {

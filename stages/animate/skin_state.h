@@ -61,6 +61,7 @@ struct Skin::State {
   SkinOptions options;
   std::vector<Eigen::Vector3f> rest_positions, positions;
   std::vector<Eigen::Vector3i> visible_triangles;
+  std::vector<Eigen::Vector3f> rest_normals;  ///< of the visible triangles, any length
   std::vector<Point4> rest, moved, velocity;  ///< moved: displacement from rest
   std::vector<float> masses;
   std::vector<Spring> springs;
@@ -91,6 +92,8 @@ struct Skin::State {
   void improve(const Factor& factor, float scale);
   void apply_jaw(std::span<const float> activations);
   void publish();
+  void mend();
+  bool unturn();
   const Factor& find_factor(double seconds, float& scale) const;
 
   // Work of a step, kept to allocate nothing.
