@@ -11,8 +11,8 @@ namespace phiz {
 namespace {
 
 constexpr float kEndless = std::numeric_limits<float>::infinity();
-constexpr int kEnoughPoints = 12;  ///< in a face, to tell how far its inside is from the surface
-constexpr float kEdgeOn = 0.25f;   ///< cosine to the line of sight below which a face may be an outline
+constexpr int kSteps = 4;         ///< towards the nearest place of the surface
+constexpr float kEdgeOn = 0.25f;  ///< cosine to the line of sight below which a face may be an outline
 
 Eigen::Vector3f normal_of(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c) {
   return (b - a).cross(c - a).stableNormalized();
@@ -80,18 +80,57 @@ float CriterionSurface::importance_of(const FacePoints::Run& run) const {
   return most;
 }
 
+/// Distance of a place of the facet to the surface: Gauss and Newton's steps from the same (u,v), the least
+/// of what they meet. No more than `enough` is of no interest.
+float CriterionSurface::distance_to_surface(const Eigen::Vector3f& place, Eigen::Vector2d uv, double step,
+                                            float enough) const {
+  float least = std::numeric_limits<float>::infinity();
+  for (int round = 0; round < kSteps; ++round) {
+    const Eigen::Vector3f here = sampler_.sample(-1, uv).position;
+    least = std::min(least, (here - place).norm());
+    if (least <= enough || round + 1 == kSteps) break;
+    const double du = uv.x() < 0.5 ? step : -step, dv = uv.y() < 0.5 ? step : -step;
+    const Eigen::Vector3d along_u =
+        (sampler_.sample(-1, uv + Eigen::Vector2d(du, 0)).position - here).cast<double>() / du;
+    const Eigen::Vector3d along_v =
+        (sampler_.sample(-1, uv + Eigen::Vector2d(0, dv)).position - here).cast<double>() / dv;
+    const Eigen::Vector3d gap = (place - here).cast<double>();
+    const double uu = along_u.squaredNorm(), vv = along_v.squaredNorm(), cross = along_u.dot(along_v);
+    const double det = uu * vv - cross * cross;
+    if (!(det > 1e-12 * uu * vv)) break;
+    const double gu = along_u.dot(gap), gv = along_v.dot(gap);
+    uv += Eigen::Vector2d(vv * gu - cross * gv, uu * gv - cross * gu) / det;
+    uv = uv.cwiseMax(0).cwiseMin(1);
+  }
+  return least;
+}
+
+/// The other way: from places of the facet to the surface. `forward` is known already.
+float CriterionSurface::measure_back(const Facet& facet, float forward) const {
+  constexpr std::array<std::array<float, 3>, 7> kPlaces = {{{0.5f, 0.5f, 0},
+                                                            {0, 0.5f, 0.5f},
+                                                            {0.5f, 0, 0.5f},
+                                                            {1 / 3.0f, 1 / 3.0f, 1 / 3.0f},
+                                                            {2 / 3.0f, 1 / 6.0f, 1 / 6.0f},
+                                                            {1 / 6.0f, 2 / 3.0f, 1 / 6.0f},
+                                                            {1 / 6.0f, 1 / 6.0f, 2 / 3.0f}}};
+  const auto& [a, b, c] = facet.uv;
+  const double step = 0.05 * std::sqrt(std::abs((b - a).x() * (c - a).y() - (b - a).y() * (c - a).x()));
+  float worst = forward;
+  for (const auto& w : kPlaces) {
+    const Eigen::Vector3f place = w[0] * facet.corners[0] + w[1] * facet.corners[1] + w[2] * facet.corners[2];
+    const Eigen::Vector2d uv =
+        static_cast<double>(w[0]) * a + static_cast<double>(w[1]) * b + static_cast<double>(w[2]) * c;
+    worst = std::max(worst, distance_to_surface(place, uv, step, worst));
+  }
+  return worst;
+}
+
 float CriterionSurface::measure(const Facet& facet, const FacePoints::Run& run,
                                 const Eigen::Vector3f& middle) const {
   float error = 0;
   if (options_.criterion == Criterion::kDistance) {
-    const auto& [a, b, c] = facet.corners;
-    error = faces_->measure_distance(facet, run);
-    error = std::max(error,
-                     std::min((middle - 0.5f * (a + b)).norm(), faces_->measure_back(0.5f * (a + b), run)));
-    if (run.end - run.begin >= kEnoughPoints) {
-      const std::array<Eigen::Vector3f, 3> places = {0.5f * (b + c), 0.5f * (c + a), (a + b + c) / 3};
-      for (const Eigen::Vector3f& place : places) error = std::max(error, faces_->measure_back(place, run));
-    }
+    error = measure_back(facet, faces_->measure_distance(facet, run));
   } else if (options_.norm == ContourNorm::kMaximum) {
     error = std::max(faces_->measure_maximum(facet, run),
                      (middle - 0.5f * (facet.corners[0] + facet.corners[1])).norm());
@@ -121,7 +160,8 @@ float CriterionSurface::measure_normals(const AdaptiveMesh& mesh, const std::arr
   look_at((nb - nc).squaredNorm(), (pc - pb).squaredNorm());
   look_at((nc - na).squaredNorm(), ac.squaredNorm());
   const double scale = options_.is_pure_angle ? 1 : 8;
-  const bool is_enough = !options_.view && worst > scale * scale * options_.tolerance * options_.tolerance * 1.1;
+  const bool is_enough =
+      !options_.view && worst > scale * scale * options_.tolerance * options_.tolerance * 1.1;
   if (beyond >= 0 && !is_enough) {
     const Eigen::Vector3f ad = mesh.position(beyond) - pa, first = ab.cross(ac), second = ad.cross(ab);
     const float sizes = first.squaredNorm() * second.squaredNorm();
@@ -147,12 +187,34 @@ const VertexSample& CriterionSurface::find_middle(const AdaptiveMesh& mesh, int 
   return middle;
 }
 
+/// A sum that changes when a corner or the middle moves.
+Eigen::Vector3f CriterionSurface::mark_of(const AdaptiveMesh& mesh, int face) const {
+  const auto& [a, b, c] = mesh.mesh().corners(face);
+  return mesh.position(a) + 2 * mesh.position(b) + 4 * mesh.position(c) + 8 * states_[face].middle.position;
+}
+
 void CriterionSurface::update(const AdaptiveMesh& mesh, int face) {
   if (face >= static_cast<int>(states_.size())) states_.resize(mesh.mesh().face_slots());
   const auto& [a, b, c] = mesh.mesh().corners(face);
   const VertexSample& middle = find_middle(mesh, face);
-  states_[face].round = round_;
-  states_[face].error = measure(facet_of(mesh, a, b, c), faces_->run_of(face), middle.position);
+  FaceState& state = states_[face];
+  state.round = round_;
+  state.mark = mark_of(mesh, face);
+  state.error = measure(facet_of(mesh, a, b, c), faces_->run_of(face), middle.position);
+  if (points_.may_move.empty()) return;
+  const std::span<const int> inside = faces_->points_in(faces_->run_of(face));
+  state.may_move = std::any_of(inside.begin(), inside.end(), [&](int i) { return points_.may_move[i] != 0; });
+}
+
+/// Nothing of a face that was measured in the round before has moved since.
+bool CriterionSurface::is_still(const AdaptiveMesh& mesh, int face) {
+  if (face >= static_cast<int>(states_.size())) return false;
+  FaceState& state = states_[face];
+  if (state.may_move || state.round + 1 != round_) return false;
+  find_middle(mesh, face);
+  if (mark_of(mesh, face) != state.mark) return false;
+  state.round = round_;
+  return true;
 }
 
 void CriterionSurface::on_change(const AdaptiveMesh& mesh, const StellarChange& change) {
@@ -171,7 +233,7 @@ void CriterionSurface::on_resample(const AdaptiveMesh& mesh) {
   if (!has_points()) return;
   ++round_;
   for (int f = 0; f < mesh.mesh().face_slots(); ++f)
-    if (mesh.mesh().is_face(f)) update(mesh, f);
+    if (mesh.mesh().is_face(f) && !is_still(mesh, f)) update(mesh, f);
 }
 
 double CriterionSurface::error(const AdaptiveMesh& mesh, int face) {

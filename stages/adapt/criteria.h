@@ -46,7 +46,7 @@ struct CriterionOptions {
 class VertexSampler {
  public:
   virtual ~VertexSampler() = default;
-  /// `key` is a small number that stays with a place of the mesh as long as it is there.
+  /// `key` is a small number that stays with a place of the mesh as long as it is there; -1: looked at once.
   virtual VertexSample sample(int key, const Eigen::Vector2d& uv) = 0;
 };
 
@@ -89,11 +89,16 @@ class CriterionSurface final : public AdaptiveSurface {
   }
   bool has_points() const { return faces_ != nullptr; }
   float measure(const Facet& facet, const FacePoints::Run& run, const Eigen::Vector3f& middle) const;
+  float distance_to_surface(const Eigen::Vector3f& place, Eigen::Vector2d uv, double step,
+                            float enough) const;
+  float measure_back(const Facet& facet, float forward) const;
   const VertexSample& find_middle(const AdaptiveMesh& mesh, int face);
   float measure_normals(const AdaptiveMesh& mesh, const std::array<int, 3>& corners, int beyond) const;
   float view_factor(const Facet& facet) const;
   float importance_of(const FacePoints::Run& run) const;
   void update(const AdaptiveMesh& mesh, int face);
+  bool is_still(const AdaptiveMesh& mesh, int face);
+  Eigen::Vector3f mark_of(const AdaptiveMesh& mesh, int face) const;
 
   const BasePolyhedron& base_;
   VertexSampler& sampler_;
@@ -102,7 +107,9 @@ class CriterionSurface final : public AdaptiveSurface {
   std::unique_ptr<FacePoints> faces_;
   struct FaceState {
     float error = 0;
-    unsigned round = 0;   ///< of resampling, in which it was found; 0: not yet
+    bool may_move = true;                            ///< one of its points may
+    unsigned round = 0;                              ///< of resampling, in which it was found; 0: not yet
+    Eigen::Vector3f mark = Eigen::Vector3f::Zero();  ///< of where its corners and the middle were
     VertexSample middle;  ///< of the surface in the middle of the edge that a split would halve
   };
   unsigned round_ = 1;

@@ -4,7 +4,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "stages/geometry/error.h"
@@ -14,9 +13,6 @@ namespace phiz {
 namespace {
 
 constexpr int kWholeLevel = 2;
-constexpr float kSpacing = 0.6f;  ///< farthest place from the nearest point, over the root of a point's area
-
-/// The facet as a function of (u,v): linear, counted from corner 0.
 struct LinearMap {
   Eigen::Vector2f origin;
   Eigen::Vector3f start, along_u, along_v;
@@ -184,19 +180,6 @@ ContourError FacePoints::measure_contour(const Facet& facet, const Run& run) con
     error.area_mm2 += points_.areas_mm2[point];
   }
   return error;
-}
-
-float FacePoints::measure_back(const Eigen::Vector3f& place, const Run& run) const {
-  float nearest = std::numeric_limits<float>::infinity();
-  int which = -1;
-  for (int i = run.begin; i < run.end; ++i) {
-    const float squared = (points_.positions[order_[i]] - place).squaredNorm();
-    if (squared >= nearest) continue;
-    nearest = squared;
-    which = order_[i];
-  }
-  if (which < 0) return nearest;
-  return std::max(0.0f, std::sqrt(nearest) - kSpacing * std::sqrt(points_.areas_mm2[which]));
 }
 
 float FacePoints::measure_distance(const Facet& facet, const Run& run) const {

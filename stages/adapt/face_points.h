@@ -16,6 +16,7 @@ struct SurfacePoints {
   std::vector<Eigen::Vector3f> positions;  ///< mm
   std::vector<float> areas_mm2;            ///< of the surface that each stands for
   std::vector<float> importance;           ///< [0, 1] one each, or empty: all 1
+  std::vector<char> may_move;              ///< 0: the same in every pose; one each, or empty: not known
 };
 
 /// All vertices of level 2, and those of finer levels that lie more than detail_mm from the middle of their
@@ -65,9 +66,6 @@ class FacePoints {
   /// The largest distance of the points to the facet itself, wherever its nearest place is: never above
   /// measure_maximum.
   float measure_distance(const Facet& facet, const Run& run) const;
-  /// How far a place of the facet is from the points of the run, less their spacing there; infinity without
-  /// points.
-  float measure_back(const Eigen::Vector3f& place, const Run& run) const;
 
  private:
   void part(const AdaptiveMesh& mesh, int first, int second);

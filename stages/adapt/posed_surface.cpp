@@ -8,7 +8,7 @@
 namespace phiz {
 namespace {
 
-constexpr std::size_t kMostGroups = 16;
+constexpr std::size_t kGrowth = 2;  ///< a group is merged with the one before unless that is so much larger
 
 /// Rows `chosen` of a neutral surface.
 NeutralSurface pick(const NeutralSurface& neutral, std::span<const int> chosen) {
@@ -50,6 +50,8 @@ PosedSurface::PosedSurface(const Deformation& rig, const UvChart& chart, Neutral
   CONTRACT(neutral_.uv.size() == chart.uv.size());
   const NeutralSurface at_points = pick(neutral_, points.vertices);
   for (const int i : find_moving_places(sample_fields(rig_, at_points.uv))) moving_.push_back(i);
+  points.may_move.assign(points.uv.size(), 0);
+  for (const int i : moving_) points.may_move[i] = 1;
   NeutralSurface at_moving = pick(at_points, moving_);
   if (moving_.empty()) return;
   moving_cascade_ = std::make_unique<CompiledCascade>(rig_, sample_fields(rig_, at_moving.uv), at_moving);
@@ -85,16 +87,16 @@ void PosedSurface::compile_group(const std::vector<int>& keys) {
   groups_.push_back(std::move(group));
 }
 
-/// What came since the last pose becomes a group; many groups become one again, without what is gone.
+/// What came since the last pose becomes a group, together with groups that are not much larger, without
+/// what is gone: there are few groups, and a place is compiled few times.
 void PosedSurface::gather_groups() {
+  while (!groups_.empty() && !fresh_.empty() && groups_.back()->keys.size() <= kGrowth * fresh_.size()) {
+    for (const int key : groups_.back()->keys)
+      if (known_[key].used == pose_) fresh_.push_back(key);
+    groups_.pop_back();
+  }
   std::sort(fresh_.begin(), fresh_.end());
   fresh_.erase(std::unique(fresh_.begin(), fresh_.end()), fresh_.end());
-  if (groups_.size() + 1 >= kMostGroups) {
-    groups_.clear();
-    fresh_.clear();
-    for (int v = 0; v < static_cast<int>(known_.size()); ++v)
-      if (known_[v].used == pose_ && pose_ > 0) fresh_.push_back(v);
-  }
   if (!fresh_.empty()) compile_group(fresh_);
   fresh_.clear();
 }
@@ -118,20 +120,25 @@ void PosedSurface::set_pose(std::span<const float> parameters) {
   }
 }
 
-VertexSample PosedSurface::sample(int key, const Eigen::Vector2d& uv) {
-  if (key >= static_cast<int>(known_.size())) known_.resize(key + 1);
-  Known& known = known_[key];
-  known.used = pose_;
-  if (known.uv == uv && known.pose == pose_ && pose_ > 0) return known.sample;
+Eigen::Vector3f PosedSurface::evaluate_at(const Eigen::Vector2d& uv) const {
   const Eigen::Vector2d places[] = {uv};
   const NeutralSurface neutral = neutral_at(places);
   SurfaceSample place;
   place.uv = uv;
   place.position = neutral.positions[0].cast<double>();
   place.frame = neutral.frames[0].cast<double>();
+  return plain_.evaluate(plain_parameters_, place).cast<float>();
+}
+
+VertexSample PosedSurface::sample(int key, const Eigen::Vector2d& uv) {
+  if (key < 0) return {evaluate_at(uv), Eigen::Vector3f::UnitZ()};
+  if (key >= static_cast<int>(known_.size())) known_.resize(key + 1);
+  Known& known = known_[key];
+  known.used = pose_;
+  if (known.uv == uv && known.pose == pose_ && pose_ > 0) return known.sample;
   known.uv = uv;
   known.pose = pose_;
-  known.sample.position = plain_.evaluate(plain_parameters_, place).cast<float>();
+  known.sample.position = evaluate_at(uv);
   fresh_.push_back(key);
   return known.sample;
 }

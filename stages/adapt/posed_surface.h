@@ -21,7 +21,7 @@ class PosedSurface final : public VertexSampler {
 
   /// One finite number a parameter of the rig. Resample the mesh afterwards. 0.5 ms for 120,000 points.
   void set_pose(std::span<const float> parameters);
-  /// Normals are those of the neutral surface: take the mesh's own for pictures.
+  /// Positions only: take the mesh's own normals for pictures.
   VertexSample sample(int key, const Eigen::Vector2d& uv) override;
 
  private:
@@ -33,6 +33,7 @@ class PosedSurface final : public VertexSampler {
   };
 
   NeutralSurface neutral_at(std::span<const Eigen::Vector2d> uv) const;
+  Eigen::Vector3f evaluate_at(const Eigen::Vector2d& uv) const;
   void gather_groups();
   void compile_group(const std::vector<int>& keys);
 
