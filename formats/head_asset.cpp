@@ -81,6 +81,7 @@ LevelTopology read_control(std::string_view bin, const Document& document, HeadA
   head.triangles = std::move(mesh.triangles);
   append_positions(mesh.positions, step, head);
   LevelTopology control(head.triangles, head.positions.size());
+  if (document.texture.end() > bin.size()) return control;  // a prefix
   for (const Eigen::Vector2i& t : parts::decode_texture(
            control, head.triangles, checked_bytes_of(bin, document.texture, "texture coordinates"),
            document.texture_steps))
@@ -205,7 +206,7 @@ HeadAsset read_head_asset_prefix(std::string_view bytes) {
     const Document document = head_asset_document::parse(
         json, std::max<std::size_t>(bin.size(), word_at(bytes, begin - kBeforeBin)));
     if (document.schema == 1) throw FormatError("a file of schema 1 can only be read whole");
-    if (document.mesh.end() > bin.size() || document.texture.end() > bin.size())
+    if (document.mesh.end() > bin.size())
       throw FormatError("ends within its control mesh (byte " + std::to_string(bytes.size()) + ")");
     std::size_t count = 0;
     while (count < document.levels.size() && document.levels[count].displacements.end() <= bin.size())
@@ -225,9 +226,9 @@ std::vector<HeadAssetPart> list_head_asset_parts(std::string_view bytes) {
     if (stream.length > 0) list.push_back({name, begin + stream.end(), stream.length});
   };
   add("control mesh", document.mesh);
-  add("texture coordinates", document.texture);
   for (std::size_t k = 0; k < document.levels.size(); ++k)
     add("level " + std::to_string(k), document.levels[k].displacements);
+  add("texture coordinates", document.texture);
   for (std::size_t k = 0; k < document.levels.size(); ++k)
     add("confidence " + std::to_string(k), document.levels[k].confidences);
   add("shown mesh", document.shown);

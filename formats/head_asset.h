@@ -57,8 +57,8 @@ void write_head_asset(const HeadAsset& head, const HeadAssetOptions& options, st
 HeadAsset read_head_asset(std::istream& in);
 
 /// The head as far as the first bytes of a file tell: as many levels as they hold whole, none where only the
-/// control mesh is there. Each stream is checked by its own sum. Throws FormatError where there is not even a
-/// control mesh, and for files of schema 1.
+/// control mesh is there, and without (u,v) where these are cut off. Each stream is checked by its own sum.
+/// Throws FormatError where there is not even a control mesh, and for files of schema 1.
 HeadAsset read_head_asset_prefix(std::string_view bytes);
 
 /// A stream of a head asset's file, for people: what it holds and how long it is.

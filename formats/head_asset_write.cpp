@@ -92,8 +92,9 @@ class Streams {
   std::string bin_;
 };
 
-void write_control(const HeadAsset& head, const LevelTopology& control, const HeadAssetOptions& options,
-                   Document& document, Streams& streams) {
+/// Returns the stream of texture coordinates, which goes behind the levels: no picture waits for it.
+std::string write_control(const HeadAsset& head, const LevelTopology& control,
+                          const HeadAssetOptions& options, Document& document, Streams& streams) {
   std::vector<Eigen::Vector3i> positions;
   std::vector<Eigen::Vector2i> texture;
   for (std::size_t i = 0; i < head.positions.size(); ++i) {
@@ -113,10 +114,9 @@ void write_control(const HeadAsset& head, const LevelTopology& control, const He
   document.vertex_count = positions.size();
   document.triangle_count = head.triangles.size();
   document.mesh = streams.add(encode_lattice_surface(positions, head.triangles, options.position_step_mm));
-  const std::string stream = parts::encode_texture(control, head.triangles, texture);
+  std::string stream = parts::encode_texture(control, head.triangles, texture);
   if (parts::decode_texture(control, head.triangles, stream, options.texture_steps) != texture)
     throw FormatError("texture coordinates do not survive their coding");
-  document.texture = streams.add(stream);
   document.shown_vertex_count = positions.size();
   document.shown_triangle_count = head.triangles.size();
   Eigen::Vector3i low = positions.front(), high = low;
@@ -126,10 +126,11 @@ void write_control(const HeadAsset& head, const LevelTopology& control, const He
   }
   document.low = (low.cast<double>() * options.position_step_mm).cast<float>();
   document.high = (high.cast<double>() * options.position_step_mm).cast<float>();
+  return stream;
 }
 
 void write_levels(const HeadAsset& head, LevelTopology topology, const HeadAssetOptions& options,
-                  Document& document, Streams& streams) {
+                  const std::string& texture, Document& document, Streams& streams) {
   ResidualModel model, copy;
   std::vector<std::string> confidences;
   for (std::size_t level = 0; level < head.displacements_mm.size(); ++level) {
@@ -145,6 +146,7 @@ void write_levels(const HeadAsset& head, LevelTopology topology, const HeadAsset
     if (document.has_confidences)
       confidences.push_back(encode_integers(new_confidences(head, level, first, options.confidence_step)));
   }
+  document.texture = streams.add(texture);
   for (std::size_t level = 0; level < confidences.size(); ++level)
     document.levels[level].confidences = streams.add(confidences[level]);
 }
@@ -187,8 +189,8 @@ void write_head_asset(const HeadAsset& head, const HeadAssetOptions& options, st
   document.scan_from_head = head.scan_from_head;
   document.has_confidences = !head.confidences.empty();
   Streams streams;
-  write_control(head, control, options, document, streams);
-  write_levels(head, control, options, document, streams);
+  const std::string texture = write_control(head, control, options, document, streams);
+  write_levels(head, control, options, texture, document, streams);
   if (options.shown != nullptr) write_shown(*options.shown, options, document, streams);
   const std::string bin = std::move(streams).take();
   document.bin_length = bin.size();

@@ -247,7 +247,7 @@ TEST(HeadAsset, AnyPrefixGivesTheLevelsThatItHoldsWhole) {
 TEST(HeadAsset, APrefixWithADamagedLevelIsRefused) {
   std::string bytes = write(sample_head(3));
   const std::vector<HeadAssetPart> parts = list_head_asset_parts(bytes);
-  bytes[parts[3].end - 1] = static_cast<char>(bytes[parts[3].end - 1] ^ 4);
+  bytes[parts[2].end - 1] = static_cast<char>(bytes[parts[2].end - 1] ^ 4);
   EXPECT_THROW(read_head_asset_prefix(bytes), FormatError);
 }
 
