@@ -123,7 +123,12 @@ void check(const ControlMesh& mesh) {
 
 ControlMesh read_control_mesh(std::istream& obj, std::istream& json) {
   ControlMesh mesh = control_mesh_parts::parse_obj(read_all(obj));
-  mesh.annotations = control_mesh_parts::parse_json(read_all(json));
+  const std::string text = read_all(json);
+  try {
+    mesh.annotations = control_mesh_parts::parse_json(text);
+  } catch (const FormatError& error) {
+    throw FormatError("its annotations, in the .json: " + std::string(error.what()), error.hint());
+  }
   check(mesh);
   return mesh;
 }

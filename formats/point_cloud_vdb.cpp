@@ -14,6 +14,7 @@
 #include "formats/content_seal.h"
 #include "formats/error.h"
 #include "formats/point_cloud.h"
+#include "formats/start_openvdb.h"
 #include "formats/text.h"
 
 namespace phiz {
@@ -278,7 +279,7 @@ PointCloud read_grid(const vp::PointDataGrid& grid, std::size_t file_bytes) {
 }
 
 PointCloud parse(std::string bytes) {
-  openvdb::initialize();
+  start_openvdb();
   const std::size_t file_bytes = bytes.size();
   std::istringstream stream(std::move(bytes));
   // OpenVDB does not look whether it could read, and its delayed loading crashes on broken files
@@ -299,7 +300,7 @@ void write_vdb(const PointCloud& cloud, std::ostream& out) {
   check_rows(cloud.confidences.size(), cloud, "confidences");
   std::string bytes;
   try {
-    openvdb::initialize();
+    start_openvdb();
     std::ostringstream stream;
     MemoryArchive().write_grid(make_grid(cloud), stream);
     bytes = std::move(stream).str();
@@ -317,6 +318,8 @@ PointCloud read_vdb_points(std::istream& in) {
     return parse(std::move(bytes));
   } catch (const FormatError&) {
     throw;
+  } catch (const std::ios_base::failure&) {
+    throw FormatError("is no OpenVDB file, or is cut short or damaged");
   } catch (const std::exception& error) {  // also out of memory and what its codecs throw
     throw FormatError(std::string("OpenVDB cannot read: ") + error.what());
   }

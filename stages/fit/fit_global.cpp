@@ -50,11 +50,11 @@ RoundSettings settings_of(const GlobalFitOptions& o, int round) {
           false};
 }
 
-constexpr double kUnfoldWeight = 10.0;   ///< lambda at folded places
-constexpr double kSoftHold = 5.0;        ///< how much harder soft rounds hold samples against sliding
+constexpr double kUnfoldWeight = 10.0;  ///< lambda at folded places
+constexpr double kSoftHold = 5.0;       ///< how much harder soft rounds hold samples against sliding
 constexpr double kEyesInFrontMm = 0.4;  ///< scan so far in front of open eyes may be lids
-constexpr double kShutGain = 0.93;       ///< misfit of shut eyes against open ones that decides
-constexpr double kUnmeasuredMm = 1.0;    ///< what surface without scan counts in that misfit
+constexpr double kShutGain = 0.93;      ///< misfit of shut eyes against open ones that decides
+constexpr double kUnmeasuredMm = 1.0;   ///< what surface without scan counts in that misfit
 
 class GlobalFit {
  public:
@@ -92,6 +92,8 @@ class GlobalFit {
     return energy;
   }
 
+  bool has_eyes() const { return lids_.eye_count() > 0; }
+
   /// Whether the eyes of the rest shape are shut.
   void set_eyes_shut(bool shut) {
     rest_ = start_;
@@ -111,7 +113,8 @@ class GlobalFit {
     return count > 0 && sum > kEyesInFrontMm * count;
   }
 
-  /// Mean distance in mm between the scan and what is seen of eyes and lids from the front.
+  /// Mean distance in mm between the scan and the part of eyes and lids that faces forward, hidden or not:
+  /// shut eyes pay for the eye behind their lids.
   double measure_eyes(const Positions& x) const {
     double sum = 0, count = 0;
     for (int eye = 0; eye < lids_.eye_count(); ++eye)
@@ -292,7 +295,7 @@ double try_soft_rounds(GlobalFit& fit, Positions x, const GlobalFitOptions& opti
 
 /// Behind the stiff rounds: whether the scan's eyes are shut. The fit's eyes and x are so afterwards.
 bool settle_eyes(GlobalFit& fit, Positions& x, const GlobalFitOptions& options) {
-  bool shut = options.eyes == Eyes::kShut;
+  bool shut = options.eyes == Eyes::kShut && fit.has_eyes();
   Positions with_shut = x;
   fit.shut_eyes(with_shut);
   if (options.eyes == Eyes::kAsTheScan && options.soft_rounds > 0 && fit.eyes_are_covered(x)) {
