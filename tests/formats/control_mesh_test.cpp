@@ -153,7 +153,7 @@ TEST(ControlMesh, NamesTheKeyOfAFault) {
   EXPECT_EQ(fault("[-1, 2, 3]", "[-1, 2, 13]"), "min is above max or not finite (boxes.nose)");
   EXPECT_EQ(fault("\"nose\"", "\"no\\nse\""), "names have only letters, digits, '_', '-' and '.' (boxes)");
   EXPECT_EQ(fault("{", "["), "is not JSON (byte 20)");
-  EXPECT_EQ(fault_of({good.obj, "[]"}), "is not an object");
+  EXPECT_EQ(fault_of({good.obj, "[]"}), where + "is not an object");
 }
 
 TEST(ControlMesh, RefusesToWriteWhatCannotBeRead) {
