@@ -51,7 +51,7 @@ struct EyeFrame {
     across = (other - corner).normalized();
     forward = (Eigen::Vector3d::UnitZ() - across.z() * across).normalized();
     up = forward.cross(across);
-    half_width = kCornerReach * (other - corner).norm() / 2;
+    half_width = std::max(kCornerReach * (other - corner).norm() / 2, 1e-3);  // a template may be degenerate
   }
 
   Eigen::Vector3d into(const Eigen::Vector3d& p) const {
@@ -67,7 +67,9 @@ struct EyeFrame {
 class Profile {
  public:
   explicit Profile(double nothing) { values_.fill(nothing); }
-  double& at(double s) { return values_[std::clamp(static_cast<int>(column(s) + 0.5), 0, kColumns)]; }
+  double& at(double s) {
+    return values_[static_cast<int>(std::clamp(column(s) + 0.5, 0.0, double(kColumns)))];
+  }
   double value(double s) const {
     const double c = std::clamp(column(s), 0.0, double(kColumns));
     const int low = std::min(static_cast<int>(c), kColumns - 1);
