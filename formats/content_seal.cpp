@@ -3,13 +3,17 @@
 #include <openssl/evp.h>
 
 #include <array>
+#include <cstdint>
+#include <cstring>
 #include <memory>
+#include <string>
 
 #include "formats/error.h"
 
 namespace phiz {
 namespace {
 
+constexpr std::uint32_t kNewestVdbVersion = 224;  // of OpenVDB 10
 constexpr std::string_view kVdbMagic{" BDV\0\0\0\0", 8};
 constexpr std::size_t kUuidOffset = 21;
 constexpr std::size_t kUuidLength = 36;
@@ -51,6 +55,13 @@ void seal_vdb(std::string& bytes) {
 void check_vdb_seal(std::string_view bytes) {
   if (!bytes.starts_with(kVdbMagic) || bytes.size() < kUuidOffset + kUuidLength) {
     throw FormatError("is not an OpenVDB file (byte 0)");
+  }
+  // OpenVDB would print a warning of its own on stdout, which is for results.
+  std::uint32_t version = 0;
+  std::memcpy(&version, bytes.data() + 8, sizeof version);
+  if (version > kNewestVdbVersion) {
+    throw FormatError("is an OpenVDB file of version " + std::to_string(version) + ", the newest known is " +
+                      std::to_string(kNewestVdbVersion) + " (byte 8)");
   }
   const std::string_view uuid = bytes.substr(kUuidOffset, kUuidLength);
   if (uuid.starts_with(kUuidMark) && uuid != uuid_of(bytes)) {

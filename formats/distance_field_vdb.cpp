@@ -10,7 +10,6 @@
 #include "formats/content_seal.h"
 #include "formats/distance_field.h"
 #include "formats/error.h"
-#include "formats/start_openvdb.h"
 #include "formats/text.h"
 
 namespace phiz {
@@ -78,7 +77,7 @@ struct MemoryArchive : openvdb::io::Archive {
 };
 
 std::string encode(const DistanceField& field) {
-  start_openvdb();
+  openvdb::initialize();
   const auto surface = make_grid(field, "surface", field.distances_mm, field.truncation_mm);
   surface->setGridClass(openvdb::GRID_LEVEL_SET);
   surface->insertMeta("voxel_mm", openvdb::DoubleMetadata(field.voxel_mm));
@@ -118,7 +117,7 @@ std::vector<Sample> sorted_samples(const openvdb::FloatGrid& grid) {
 }
 
 DistanceField decode(std::string bytes) {
-  start_openvdb();
+  openvdb::initialize();
   std::istringstream stream(std::move(bytes));
   // OpenVDB does not look whether it could read, and its delayed loading crashes on broken files
   stream.exceptions(std::ios::failbit | std::ios::badbit);

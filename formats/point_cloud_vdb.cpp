@@ -14,7 +14,6 @@
 #include "formats/content_seal.h"
 #include "formats/error.h"
 #include "formats/point_cloud.h"
-#include "formats/start_openvdb.h"
 #include "formats/text.h"
 
 namespace phiz {
@@ -279,7 +278,7 @@ PointCloud read_grid(const vp::PointDataGrid& grid, std::size_t file_bytes) {
 }
 
 PointCloud parse(std::string bytes) {
-  start_openvdb();
+  openvdb::initialize();
   const std::size_t file_bytes = bytes.size();
   std::istringstream stream(std::move(bytes));
   // OpenVDB does not look whether it could read, and its delayed loading crashes on broken files
@@ -300,7 +299,7 @@ void write_vdb(const PointCloud& cloud, std::ostream& out) {
   check_rows(cloud.confidences.size(), cloud, "confidences");
   std::string bytes;
   try {
-    start_openvdb();
+    openvdb::initialize();
     std::ostringstream stream;
     MemoryArchive().write_grid(make_grid(cloud), stream);
     bytes = std::move(stream).str();
